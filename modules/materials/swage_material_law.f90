@@ -1,0 +1,67 @@
+!> What every constitutive law provides to the element loops.
+!>
+!> A law is called once per *batch* of integration points, so its dynamic dispatch is paid per
+!> batch. It answers for the deviator only: pressure is an unknown of its own.
+module swage_material_law
+  use swage_kinds, only: wp
+  use swage_point_batch, only: point_batch_t
+  use swage_state_table, only: state_variable_t
+  implicit none(type, external)
+  private
+
+  public :: material_law_t
+
+  !> A constitutive law with its parameters; immutable once created, shared by all points.
+  type, abstract :: material_law_t
+    !> Name used in input decks and messages.
+    character(len=32) :: label = ''
+    !> 1/κ, the inverse of the bulk modulus [1/stress]; 0 for an incompressible material.
+    real(wp) :: inverse_bulk_modulus = 0.0_wp
+    !> 2G of the unloaded material, or a typical 2η/dt of a fluid [stress], positive: it scales
+    !> penalties.
+    real(wp) :: reference_modulus = 1.0_wp
+    !> θ of a point that has not moved yet: 1 for a law with elasticity, 0 for pure flow.
+    real(wp) :: initial_relaxation = 1.0_wp
+    !> Equivalent stress at which a virgin point flows [stress]; 0 where there is none.
+    real(wp) :: initial_flow_stress = 0.0_wp
+    !> History variables, in the order of the rows of `state_old`.
+    type(state_variable_t), allocatable :: state_table(:)
+    !> Rows of `state_old`: the widths of the table, summed.
+    integer :: n_state = 0
+  contains
+    !> Publish the history variables; a maker calls it once.
+    procedure :: publish_state => material_law_publish_state
+    !> Stress, tangent and new history of a batch of points.
+    procedure(update_points), deferred :: update
+  end type material_law_t
+
+  abstract interface
+
+    !> Stress, tangent and new history of a batch of points.
+    !>
+    !> Not `pure`, so that an adapter may call foreign code (UMAT, MGIS); a law of Swage's own
+    !> declares its update and its kernels `pure` all the same. History is never changed in place:
+    !> a rejected step leaves `state_old` as it was.
+    subroutine update_points(self, batch, n_failed)
+      import :: material_law_t, point_batch_t
+      implicit none(type, external)
+      class(material_law_t), intent(in) :: self
+      type(point_batch_t), intent(inout) :: batch
+      !> Points without a usable result. The caller turns a positive count into `STATUS_RETRY`.
+      integer, intent(out) :: n_failed
+    end subroutine update_points
+
+  end interface
+
+contains
+
+  pure subroutine material_law_publish_state(self, table)
+    class(material_law_t), intent(inout) :: self
+    type(state_variable_t), intent(in) :: table(:)
+
+    self%state_table = table
+    self%n_state = sum(table%width())
+
+  end subroutine material_law_publish_state
+
+end module swage_material_law
