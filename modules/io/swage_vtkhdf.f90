@@ -1,0 +1,890 @@
+!> Results as one VTKHDF file a run, for ParaView and VTK (9.3 or later).
+!>
+!> The file holds unstructured grids that may change in every step; each rank is a part of its own,
+!> so that nodes shared by ranks appear once a part. It knows named fields, no physics.
+!> Source: VTK file formats, VTKHDF 2.0, unstructured grid with temporal data.
+module swage_vtkhdf
+  use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+  use, intrinsic :: iso_fortran_env, only: int32, int64, int8, real32
+  use hdf5, only: h5dclose_f, h5dopen_f, h5fclose_f, h5fflush_f, h5gclose_f, h5gcreate_f, &
+                  h5kind_to_type, hid_t, H5_INTEGER_KIND, H5F_SCOPE_GLOBAL_F, H5T_IEEE_F32LE, &
+                  H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_REAL, H5T_STD_I32LE, &
+                  H5T_STD_I64LE, H5T_STD_U8LE
+  use swage_comm, only: comm_t
+  use swage_finite, only: is_finite
+  use swage_hdf5, only: hdf5_create_file, hdf5_create_table, hdf5_start, hdf5_write_integers, &
+                        hdf5_write_rows, hdf5_write_text, note_code, LIST
+  use swage_kinds, only: gp, wp
+  use swage_mandel, only: SQRT2
+  use swage_output_path, only: describe_refusal
+  use swage_status, only: status_t, EXIT_FILE, STATUS_ERROR
+  use swage_text, only: text
+  use swage_units, only: shown, units_t
+  implicit none(type, external)
+  private
+
+  public :: vtkhdf_t, VTK_LINE, VTK_TRIANGLE, VTK_TETRAHEDRON
+
+  !> VTK's numbers of the cells Swage draws.
+  integer, parameter :: VTK_LINE = 3
+  integer, parameter :: VTK_TRIANGLE = 5
+  integer, parameter :: VTK_TETRAHEDRON = 10
+
+  !> Tables of the mesh; also where a field lives.
+  integer, parameter :: POINTS_OF = 1
+  integer, parameter :: CELLS_OF = 2
+  integer, parameter :: CORNERS_OF = 3
+  integer, parameter :: OFFSETS_OF = 4
+
+  !> Bounds of the rows a table allocates at a time.
+  integer(gp), parameter :: MIN_CHUNK = 64_gp
+  integer(gp), parameter :: MAX_CHUNK = 16384_gp
+
+  !> A field of the file.
+  type :: field_t
+    character(len=64) :: name = ''
+    !> `POINTS_OF` or `CELLS_OF`.
+    integer :: support = POINTS_OF
+    integer :: n_component = 1
+    logical :: is_integer = .false.
+    !> True when the current step has it.
+    logical :: is_written = .false.
+  end type field_t
+
+  !> An open result file. Owns HDF5 handles: call `close`; do not copy.
+  !>
+  !> A step is `begin_step`, one call a field, `end_step`. All steps hold the same fields: those of
+  !> the first. Only `end_step` makes a step visible, and leaves the file complete on the disk; a
+  !> step abandoned by an error is overwritten by the next one.
+  !> Every binding is collective over the communicator given to `open`. Whatever fails raises
+  !> `STATUS_ERROR` with `EXIT_FILE`, the same on all ranks.
+  type :: vtkhdf_t
+    private
+    type(comm_t) :: comm
+    type(units_t) :: units
+    character(len=:), allocatable :: path
+    !> True when real fields are stored in single precision.
+    logical :: is_single = .true.
+    logical :: is_in_step = .false.
+    !> True when the tables of the mesh exist.
+    logical :: has_mesh = .false.
+    integer(hid_t) :: file = -1_hid_t
+    integer(hid_t) :: root = -1_hid_t
+    integer(hid_t) :: steps = -1_hid_t
+    !> Groups of the fields on points and cells, and of their first rows in each step.
+    integer(hid_t) :: data(2) = -1_hid_t
+    integer(hid_t) :: data_offsets(2) = -1_hid_t
+    type(field_t), allocatable :: fields(:)
+    !> Finished steps.
+    integer(gp) :: n_step = 0_gp
+    !> Rows of the mesh tables that belong to finished steps.
+    integer(gp) :: n_done(4) = 0_gp
+    !> Rows of the current step: of this rank, of the ranks before it, of all ranks.
+    integer(gp) :: n_local(4) = 0_gp
+    integer(gp) :: n_before(4) = 0_gp
+    integer(gp) :: n_total(4) = 0_gp
+    !> Time of the current, then of the last step.
+    real(wp) :: time = 0.0_wp
+    real(wp) :: time_done = -huge(1.0_wp)
+  contains
+    !> Create the file; one that exists is replaced.
+    procedure, public :: open => vtkhdf_open
+    !> Attach a text about the run to the file.
+    procedure, public :: describe => vtkhdf_describe
+    !> Start a step with its mesh.
+    procedure, public :: begin_step => vtkhdf_begin_step
+    !> Write a field on the points of the current step.
+    generic, public :: point_field => point_scalars, point_vectors
+    !> Write a field on its cells.
+    generic, public :: cell_field => cell_scalars, cell_vectors, cell_integers
+    !> The same for a field of symmetric tensors.
+    procedure, public :: point_tensor_field => vtkhdf_point_tensor_field
+    procedure, public :: cell_tensor_field => vtkhdf_cell_tensor_field
+    !> Finish the step: from now on it can be read, even if the run is killed.
+    procedure, public :: end_step => vtkhdf_end_step
+    !> Release every handle. Harmless when nothing is open.
+    procedure, public :: close => vtkhdf_close
+    procedure, private :: point_scalars
+    procedure, private :: point_vectors
+    procedure, private :: cell_scalars
+    procedure, private :: cell_vectors
+    procedure, private :: cell_integers
+    procedure, private :: create_tables
+    procedure, private :: admit_field
+    procedure, private :: create_field
+    procedure, private :: write_reals
+    procedure, private :: write_mesh
+    procedure, private :: write_rows_of
+    procedure, private :: write_of_step
+    procedure, private :: find_field
+  end type vtkhdf_t
+
+contains
+
+  !> Collective. An existing file is lost only once it could be opened for writing.
+  subroutine vtkhdf_open(self, path, comm, units, status, single)
+    class(vtkhdf_t), intent(inout) :: self
+    character(len=*), intent(in) :: path
+    type(comm_t), intent(in) :: comm
+    !> Gives the labels.
+    type(units_t), intent(in) :: units
+    !> `STATUS_ERROR` when the file cannot be created.
+    type(status_t), intent(inout) :: status
+    !> Store real fields in single precision; true when absent. Points and times are double.
+    logical, intent(in), optional :: single
+
+    logical :: broken
+
+    call self%close()
+    self%comm = comm
+    self%units = units
+    self%path = trim(path)
+    self%is_single = .true.
+    if (present(single)) self%is_single = single
+    call comm%agree(status)
+    if (status%failed()) return
+
+    broken = .false.
+    call hdf5_start(broken)
+    call hdf5_create_file(self%path, comm, self%file, broken)
+    if (broken) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_open', 'cannot create '//self%path//': '// &
+                        describe_refusal(self%path), EXIT_FILE)
+    end if
+    call comm%agree(status)
+    if (status%failed()) then
+      call self%close()
+      return
+    end if
+
+    call self%create_tables(status)
+
+  end subroutine vtkhdf_open
+
+  !> Groups, attributes and tables that every file has. The tables of the mesh come with the first
+  !> step, whose size tells how to allocate them.
+  subroutine create_tables(self, status)
+    class(vtkhdf_t), intent(inout) :: self
+    type(status_t), intent(inout) :: status
+
+    character(len=*), parameter :: COUNTS(*) = [character(len=23) :: &
+      'NumberOfPoints', 'NumberOfCells', 'NumberOfConnectivityIds']
+    character(len=*), parameter :: LISTS(*) = [character(len=13) :: &
+      'PartOffsets', 'NumberOfParts', 'PointOffsets']
+    character(len=*), parameter :: COLUMNS(*) = [character(len=21) :: &
+      'CellOffsets', 'ConnectivityIdOffsets']
+    logical :: broken
+    integer :: i
+
+    broken = .false.
+    call create_group(self%file, 'VTKHDF', self%root, broken)
+    call hdf5_write_integers(self%root, 'Version', [2_gp, 0_gp], .true., broken)
+    call hdf5_write_text(self%root, 'Type', 'UnstructuredGrid', broken)
+    call create_group(self%root, 'PointData', self%data(POINTS_OF), broken)
+    call create_group(self%root, 'CellData', self%data(CELLS_OF), broken)
+    call create_group(self%root, 'Steps', self%steps, broken)
+    call create_group(self%steps, 'PointDataOffsets', self%data_offsets(POINTS_OF), broken)
+    call create_group(self%steps, 'CellDataOffsets', self%data_offsets(CELLS_OF), broken)
+    call hdf5_write_integers(self%steps, 'NSteps', [0_gp], .true., broken)
+    do i = 1, size(COUNTS)
+      call hdf5_create_table(self%root, trim(COUNTS(i)), H5T_STD_I64LE, LIST, MIN_CHUNK, broken)
+    end do
+    call hdf5_create_table(self%steps, 'Values', H5T_IEEE_F64LE, LIST, MIN_CHUNK, broken)
+    do i = 1, size(LISTS)
+      call hdf5_create_table(self%steps, trim(LISTS(i)), H5T_STD_I64LE, LIST, MIN_CHUNK, broken)
+    end do
+    ! VTK wants one column for each kind of cells; an unstructured grid has one kind
+    do i = 1, size(COLUMNS)
+      call hdf5_create_table(self%steps, trim(COLUMNS(i)), H5T_STD_I64LE, 1, MIN_CHUNK, broken)
+    end do
+    call settle(self, 'vtkhdf_open', broken, status)
+
+  end subroutine create_tables
+
+  !> Collective. The text becomes an attribute of the file's root: `title`, `dimension` ...
+  subroutine vtkhdf_describe(self, key, string, status)
+    class(vtkhdf_t), intent(inout) :: self
+    !> Each only once.
+    character(len=*), intent(in) :: key
+    character(len=*), intent(in) :: string
+    !> `STATUS_ERROR` when the file is not open or the key was used before.
+    type(status_t), intent(inout) :: status
+
+    logical :: broken
+
+    if (self%root < 0_hid_t) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_describe', 'no result file is open', EXIT_FILE)
+      return
+    end if
+    call self%comm%agree(status)
+    if (status%failed()) return
+    broken = .false.
+    call hdf5_write_text(self%file, key, string, broken)
+    call settle(self, 'vtkhdf_describe', broken, status)
+
+  end subroutine vtkhdf_describe
+
+  !> Collective. Each rank gives its part, which stands alone: cells name points of their own part
+  !> only. Surfaces of tools are cells and points of rank 0's part.
+  subroutine vtkhdf_begin_step(self, time, points, connectivity, offsets, types, status)
+    class(vtkhdf_t), intent(inout) :: self
+    !> [time]; not before the last step's.
+    real(wp), intent(in) :: time
+    !> Positions [length]; shape (3, n_point); the third is 0 in plane problems.
+    real(wp), contiguous, intent(in) :: points(:, :)
+    !> Points of the cells, one cell after the other, counted from 0.
+    integer, contiguous, intent(in) :: connectivity(:)
+    !> Where each cell starts in `connectivity`, from 0, and where the last one ends; shape
+    !> (n_cell + 1); the single value 0 when there is no cell.
+    integer, contiguous, intent(in) :: offsets(:)
+    !> `VTK_TRIANGLE` and its like; shape (n_cell).
+    integer, contiguous, intent(in) :: types(:)
+    !> `STATUS_ERROR` when no file is open, the mesh contradicts itself, a number is not finite, or
+    !> the write fails.
+    type(status_t), intent(inout) :: status
+
+    integer :: i
+
+    if (self%root < 0_hid_t) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_begin_step', 'no result file is open', EXIT_FILE)
+      return
+    end if
+    call check_mesh(points, connectivity, offsets, types, self%path, status)
+    if (.not. is_finite(time)) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_begin_step', self%path// &
+                        ': the time of the step is not a finite number', EXIT_FILE)
+    else if (time < self%time_done) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_begin_step', self%path//': the step at time '// &
+                        text(time)//' comes before the last one at '//text(self%time_done), &
+                        EXIT_FILE)
+    end if
+    call self%comm%agree(status)
+    if (status%failed()) return
+
+    self%time = time
+    self%is_in_step = .true.
+    if (.not. allocated(self%fields)) allocate (self%fields(0))
+    self%fields%is_written = .false.
+    self%n_local = [size(points, 2, kind=gp), size(types, kind=gp), size(connectivity, kind=gp), &
+                    size(offsets, kind=gp)]
+    do i = 1, size(self%n_local)
+      call self%comm%locate(self%n_local(i), self%n_before(i), self%n_total(i))
+    end do
+    call self%write_mesh(points, connectivity, offsets, types, status)
+
+  end subroutine vtkhdf_begin_step
+
+  !> Refuse a mesh that VTK would stumble over.
+  subroutine check_mesh(points, connectivity, offsets, types, path, status)
+    real(wp), contiguous, intent(in) :: points(:, :)
+    integer, contiguous, intent(in) :: connectivity(:)
+    integer, contiguous, intent(in) :: offsets(:)
+    integer, contiguous, intent(in) :: types(:)
+    character(len=*), intent(in) :: path
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: fault
+    integer :: i, n_cell
+
+    n_cell = size(types)
+    fault = ''
+    if (size(points, 1) /= 3) fault = 'a point has '//text(size(points, 1))//' coordinates, not 3'
+    if (size(offsets) /= n_cell + 1) then
+      fault = text(size(offsets))//' offsets for '//text(n_cell)//' cells: one more is needed'
+    else if (offsets(1) /= 0 .or. offsets(n_cell + 1) /= size(connectivity)) then
+      fault = 'the offsets do not span the connectivity'
+    else if (any(offsets(2:) < offsets(:n_cell))) then
+      fault = 'the offsets of the cells decrease'
+    end if
+    if (any(connectivity < 0) .or. any(connectivity >= size(points, 2))) then
+      fault = 'a cell names a point its part does not have'
+    end if
+    do i = 1, size(points, 2)
+      if (all(is_finite(points(:, i)))) cycle
+      fault = 'point '//text(i)//' of this rank has a coordinate that is not a finite number'
+      exit
+    end do
+    if (fault /= '') then
+      call status%raise(STATUS_ERROR, 'vtkhdf_begin_step', path//': '//fault, EXIT_FILE)
+    end if
+
+  end subroutine check_mesh
+
+  !> Write the tables of the mesh; create them first when this is the first step.
+  subroutine write_mesh(self, points, connectivity, offsets, types, status)
+    class(vtkhdf_t), intent(inout) :: self
+    real(wp), contiguous, intent(in) :: points(:, :)
+    integer, contiguous, intent(in) :: connectivity(:)
+    integer, contiguous, intent(in) :: offsets(:)
+    integer, contiguous, intent(in) :: types(:)
+    type(status_t), intent(inout) :: status
+
+    integer(int64), allocatable, target :: numbers(:)
+    integer(int8), allocatable, target :: kinds(:)
+    real(wp), allocatable, target :: positions(:, :)
+    integer(hid_t) :: long
+    logical :: broken
+
+    broken = .false.
+    long = h5kind_to_type(int64, H5_INTEGER_KIND)
+    if (.not. self%has_mesh) then
+      call hdf5_create_table(self%root, 'Points', H5T_IEEE_F64LE, 3, &
+                             chunk_of(self%n_total(POINTS_OF)), broken)
+      call hdf5_create_table(self%root, 'Connectivity', H5T_STD_I64LE, LIST, &
+                             chunk_of(self%n_total(CORNERS_OF)), broken)
+      call hdf5_create_table(self%root, 'Offsets', H5T_STD_I64LE, LIST, &
+                             chunk_of(self%n_total(OFFSETS_OF)), broken)
+      call hdf5_create_table(self%root, 'Types', H5T_STD_U8LE, LIST, &
+                             chunk_of(self%n_total(CELLS_OF)), broken)
+    end if
+
+    ! Buffers are never of size 0, because such an array has no address
+    allocate (positions(3, max(1, size(points, 2))))
+    positions(:, :size(points, 2)) = points
+    call self%write_rows_of(POINTS_OF, self%root, 'Points', H5T_NATIVE_DOUBLE, c_loc(positions), &
+                            3, broken)
+    allocate (numbers(max(1, size(connectivity), size(offsets))))
+    numbers(:size(connectivity)) = int(connectivity, int64)
+    call self%write_rows_of(CORNERS_OF, self%root, 'Connectivity', long, c_loc(numbers), LIST, &
+                            broken)
+    numbers(:size(offsets)) = int(offsets, int64)
+    call self%write_rows_of(OFFSETS_OF, self%root, 'Offsets', long, c_loc(numbers), LIST, broken)
+    allocate (kinds(max(1, size(types))))
+    kinds(:size(types)) = int(types, int8)
+    call self%write_rows_of(CELLS_OF, self%root, 'Types', H5T_STD_U8LE, c_loc(kinds), LIST, broken)
+    self%has_mesh = .not. broken
+    call settle(self, 'vtkhdf_begin_step', broken, status)
+
+  end subroutine write_mesh
+
+  !> Collective. Every step has the same fields as the first.
+  subroutine point_vectors(self, name, values, dimension, description, status)
+    class(vtkhdf_t), intent(inout) :: self
+    !> Unique among the fields on points; without `/` and `.`.
+    character(len=*), intent(in) :: name
+    !> One column a point of this rank; shape (n_component, n_point). `n_component` is the same on
+    !> all ranks and in all steps.
+    real(wp), contiguous, intent(in) :: values(:, :)
+    !> As `length/time`; `1` for a pure number. The file has it as an attribute, beside the label
+    !> of the run's unit system; absolute temperatures are shown in degrees Celsius.
+    character(len=*), intent(in) :: dimension
+    !> One line for a reader who has only the file.
+    character(len=*), intent(in) :: description
+    !> `STATUS_ERROR`, naming the field, when a value is not finite, the dimension is unknown, the
+    !> sizes do not fit, the first step did not have the field, or the write fails.
+    type(status_t), intent(inout) :: status
+
+    call self%write_reals(POINTS_OF, name, values, dimension, description, status)
+
+  end subroutine point_vectors
+
+  !> The same for one number a point.
+  subroutine point_scalars(self, name, values, dimension, description, status)
+    class(vtkhdf_t), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    !> Shape (n_point).
+    real(wp), contiguous, intent(in) :: values(:)
+    character(len=*), intent(in) :: dimension
+    character(len=*), intent(in) :: description
+    type(status_t), intent(inout) :: status
+
+    call self%write_reals(POINTS_OF, name, reshape(values, [1, size(values)]), dimension, &
+                          description, status)
+
+  end subroutine point_scalars
+
+  !> The same for cells.
+  subroutine cell_vectors(self, name, values, dimension, description, status)
+    class(vtkhdf_t), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    !> Shape (n_component, n_cell).
+    real(wp), contiguous, intent(in) :: values(:, :)
+    character(len=*), intent(in) :: dimension
+    character(len=*), intent(in) :: description
+    type(status_t), intent(inout) :: status
+
+    call self%write_reals(CELLS_OF, name, values, dimension, description, status)
+
+  end subroutine cell_vectors
+
+  !> The same for one number a cell.
+  subroutine cell_scalars(self, name, values, dimension, description, status)
+    class(vtkhdf_t), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    !> Shape (n_cell).
+    real(wp), contiguous, intent(in) :: values(:)
+    character(len=*), intent(in) :: dimension
+    character(len=*), intent(in) :: description
+    type(status_t), intent(inout) :: status
+
+    call self%write_reals(CELLS_OF, name, reshape(values, [1, size(values)]), dimension, &
+                          description, status)
+
+  end subroutine cell_scalars
+
+  !> Symmetric tensors leave Mandel notation here and become components as VTK orders them:
+  !> 11, 22, 33, 12, 23, 13.
+  subroutine vtkhdf_point_tensor_field(self, name, values, dimension, description, status)
+    class(vtkhdf_t), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    !> Mandel; shape (6, n_point).
+    real(wp), contiguous, intent(in) :: values(:, :)
+    character(len=*), intent(in) :: dimension
+    character(len=*), intent(in) :: description
+    type(status_t), intent(inout) :: status
+
+    call self%write_reals(POINTS_OF, name, components_of(values), dimension, description, status)
+
+  end subroutine vtkhdf_point_tensor_field
+
+  !> The same for cells.
+  subroutine vtkhdf_cell_tensor_field(self, name, values, dimension, description, status)
+    class(vtkhdf_t), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    !> Mandel; shape (6, n_cell).
+    real(wp), contiguous, intent(in) :: values(:, :)
+    character(len=*), intent(in) :: dimension
+    character(len=*), intent(in) :: description
+    type(status_t), intent(inout) :: status
+
+    call self%write_reals(CELLS_OF, name, components_of(values), dimension, description, status)
+
+  end subroutine vtkhdf_cell_tensor_field
+
+  !> Collective. One integer a cell: numbers of bodies, materials, ranks.
+  subroutine cell_integers(self, name, values, dimension, description, status)
+    class(vtkhdf_t), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    !> Shape (n_cell).
+    integer, contiguous, intent(in) :: values(:)
+    character(len=*), intent(in) :: dimension
+    character(len=*), intent(in) :: description
+    type(status_t), intent(inout) :: status
+
+    integer(int32), allocatable, target :: buffer(:)
+    logical :: broken
+    integer :: i
+
+    call self%admit_field(CELLS_OF, name, 1, size(values), .true., dimension, description, i, &
+                          status)
+    if (status%failed()) return
+
+    allocate (buffer(max(1, size(values))))
+    buffer(:size(values)) = int(values, int32)
+    broken = .false.
+    call self%write_rows_of(CELLS_OF, self%data(CELLS_OF), name, &
+                            h5kind_to_type(int32, H5_INTEGER_KIND), c_loc(buffer), LIST, broken)
+    call settle(self, 'vtkhdf_cell_field', broken, status, name)
+    self%fields(i)%is_written = .not. status%failed()
+
+  end subroutine cell_integers
+
+  !> Write a real field of any number of components.
+  subroutine write_reals(self, support, name, values, dimension, description, status)
+    class(vtkhdf_t), intent(inout) :: self
+    integer, intent(in) :: support
+    character(len=*), intent(in) :: name
+    real(wp), contiguous, intent(in) :: values(:, :)
+    character(len=*), intent(in) :: dimension
+    character(len=*), intent(in) :: description
+    type(status_t), intent(inout) :: status
+
+    real(real32), allocatable, target :: singles(:, :)
+    real(wp), allocatable, target :: doubles(:, :)
+    logical :: broken
+    integer :: i, n, n_column
+
+    n = size(values, 2)
+    call check_values(name, values, self%is_single, self%comm%rank, status)
+    call self%admit_field(support, name, size(values, 1), n, .false., dimension, description, i, &
+                          status)
+    if (status%failed()) return
+
+    n_column = size(values, 1)
+    if (n_column == 1) n_column = LIST
+    broken = .false.
+    ! HDF5 would convert, but then writes rank by rank
+    if (self%is_single) then
+      allocate (singles(size(values, 1), max(1, n)))
+      singles(:, :n) = real(shown(values, dimension), real32)
+      call self%write_rows_of(support, self%data(support), name, H5T_NATIVE_REAL, c_loc(singles), &
+                              n_column, broken)
+    else
+      allocate (doubles(size(values, 1), max(1, n)))
+      doubles(:, :n) = shown(values, dimension)
+      call self%write_rows_of(support, self%data(support), name, H5T_NATIVE_DOUBLE, &
+                              c_loc(doubles), n_column, broken)
+    end if
+    call settle(self, 'vtkhdf_field', broken, status, name)
+    self%fields(i)%is_written = .not. status%failed()
+
+  end subroutine write_reals
+
+  !> Refuse numbers a picture could not show.
+  subroutine check_values(name, values, is_single, rank, status)
+    character(len=*), intent(in) :: name
+    real(wp), contiguous, intent(in) :: values(:, :)
+    logical, intent(in) :: is_single
+    integer, intent(in) :: rank
+    type(status_t), intent(inout) :: status
+
+    real(wp), parameter :: LARGEST_SINGLE = real(huge(1.0_real32), wp)
+    character(len=:), allocatable :: fault
+    integer :: i, j
+
+    do j = 1, size(values, 2)
+      do i = 1, size(values, 1)
+        if (.not. is_finite(values(i, j))) then
+          fault = 'is not a finite number'
+        else if (is_single .and. abs(values(i, j)) > LARGEST_SINGLE) then
+          fault = '('//text(values(i, j))//') is too large for single precision'
+        else
+          cycle
+        end if
+        call status%raise(STATUS_ERROR, 'vtkhdf_field', 'field '//trim(name)//': component '// &
+                          text(i)//' of item '//text(j)//' on rank '//text(rank)//' '//fault, &
+                          EXIT_FILE)
+        return
+      end do
+    end do
+
+  end subroutine check_values
+
+  !> Collective. Agree whether a field may be written now; create its tables in the first step.
+  subroutine admit_field(self, support, name, n_component, n_item, is_integer, dimension, &
+                         description, position, status)
+    class(vtkhdf_t), intent(inout) :: self
+    integer, intent(in) :: support
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: n_component
+    !> Columns given by this rank.
+    integer, intent(in) :: n_item
+    logical, intent(in) :: is_integer
+    character(len=*), intent(in) :: dimension
+    character(len=*), intent(in) :: description
+    !> Place in `self%fields`.
+    integer, intent(out) :: position
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: fault, label
+    integer :: most
+
+    position = self%find_field(support, name)
+    if (.not. self%is_in_step) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_field', 'field '//trim(name)//': no step has begun', &
+                        EXIT_FILE)
+      return
+    end if
+
+    fault = ''
+    if (name == '' .or. scan(name, '/.') > 0 .or. len_trim(name) > len(self%fields%name)) then
+      fault = 'a name has 1 to 64 characters and neither / nor .'
+    else if (n_item /= self%n_local(support)) then
+      fault = text(n_item)//' items given, but the part has '//text(int(self%n_local(support)))
+    else if (position == 0 .and. self%n_step > 0_gp) then
+      fault = 'the first step did not have it; all steps hold the same fields'
+    else if (position > 0) then
+      associate (field => self%fields(position))
+        if (field%is_written) fault = 'written twice in one step'
+        if (field%n_component /= n_component .or. (field%is_integer .neqv. is_integer)) then
+          fault = 'not the same kind or number of components as before'
+        end if
+      end associate
+    end if
+    if (fault /= '') then
+      call status%raise(STATUS_ERROR, 'vtkhdf_field', 'field '//trim(name)//': '//fault, EXIT_FILE)
+    end if
+    call self%units%get_label(dimension, label, status)
+    call self%comm%agree(status)
+    if (status%failed() .or. position > 0) return
+
+    most = n_component
+    call self%comm%max(most)
+    if (most /= n_component) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_field', 'field '//trim(name)//': '// &
+                        text(n_component)//' components on this rank, '//text(most)// &
+                        ' on another', EXIT_FILE)
+    end if
+    call self%comm%agree(status)
+    if (status%failed()) return
+
+    call self%create_field(support, name, n_component, is_integer, dimension, label, description, &
+                           status)
+    position = size(self%fields)
+
+  end subroutine admit_field
+
+  !> Collective. Create the tables of a new field.
+  subroutine create_field(self, support, name, n_component, is_integer, dimension, label, &
+                          description, status)
+    class(vtkhdf_t), intent(inout) :: self
+    integer, intent(in) :: support
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: n_component
+    logical, intent(in) :: is_integer
+    character(len=*), intent(in) :: dimension
+    !> The dimension in the run's units.
+    character(len=*), intent(in) :: label
+    character(len=*), intent(in) :: description
+    type(status_t), intent(inout) :: status
+
+    type(field_t), allocatable :: longer(:)
+    integer(hid_t) :: dataset, file_type
+    logical :: broken
+    integer :: code, n
+
+    broken = .false.
+    file_type = H5T_IEEE_F64LE
+    if (self%is_single) file_type = H5T_IEEE_F32LE
+    if (is_integer) file_type = H5T_STD_I32LE
+    call hdf5_create_table(self%data(support), trim(name), file_type, &
+                           merge(LIST, n_component, n_component == 1), &
+                           chunk_of(self%n_total(support)), broken)
+    call h5dopen_f(self%data(support), trim(name), dataset, code)
+    call note_code(code, broken)
+    call hdf5_write_text(dataset, 'unit', label, broken)
+    call hdf5_write_text(dataset, 'dimension', dimension, broken)
+    call hdf5_write_text(dataset, 'description', description, broken)
+    call h5dclose_f(dataset, code)
+    call note_code(code, broken)
+    call hdf5_create_table(self%data_offsets(support), trim(name), H5T_STD_I64LE, LIST, MIN_CHUNK, &
+                           broken)
+    call settle(self, 'vtkhdf_field', broken, status, name)
+
+    n = size(self%fields)
+    allocate (longer(n + 1))
+    longer(:n) = self%fields
+    longer(n + 1)%name = name
+    longer(n + 1)%support = support
+    longer(n + 1)%n_component = n_component
+    longer(n + 1)%is_integer = is_integer
+    call move_alloc(longer, self%fields)
+
+  end subroutine create_field
+
+  !> Collective. The step becomes visible last, after all it needs is on the disk.
+  subroutine vtkhdf_end_step(self, status)
+    class(vtkhdf_t), intent(inout) :: self
+    !> `STATUS_ERROR` when no step has begun, a field of the first step is missing, or the write
+    !> fails.
+    type(status_t), intent(inout) :: status
+
+    integer :: code, i
+    logical :: broken
+
+    if (.not. self%is_in_step) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_end_step', 'no step has begun', EXIT_FILE)
+      return
+    end if
+    i = findloc(self%fields%is_written, .false., dim=1)
+    if (i > 0) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_end_step', 'field '//trim(self%fields(i)%name)// &
+                        ': missing in this step; all steps hold the same fields', EXIT_FILE)
+    end if
+    call self%comm%agree(status)
+    if (status%failed()) return
+
+    broken = .false.
+    call self%write_of_step(broken)
+    call h5fflush_f(self%file, H5F_SCOPE_GLOBAL_F, code)
+    call note_code(code, broken)
+    call hdf5_write_integers(self%steps, 'NSteps', [self%n_step + 1_gp], .false., broken)
+    call h5fflush_f(self%file, H5F_SCOPE_GLOBAL_F, code)
+    call note_code(code, broken)
+    call settle(self, 'vtkhdf_end_step', broken, status)
+    if (status%failed()) return
+
+    self%is_in_step = .false.
+    self%n_step = self%n_step + 1_gp
+    self%n_done = self%n_done + self%n_total
+    self%time_done = self%time
+
+  end subroutine vtkhdf_end_step
+
+  !> Collective. The rows that describe the step: sizes of the parts, and where all tables start.
+  subroutine write_of_step(self, broken)
+    class(vtkhdf_t), intent(inout) :: self
+    logical, intent(inout) :: broken
+
+    real(wp), allocatable, target :: time
+    integer(gp) :: first_part
+    integer :: i
+
+    first_part = self%n_step * self%comm%size
+    call write_of_part('NumberOfPoints', self%n_local(POINTS_OF))
+    call write_of_part('NumberOfCells', self%n_local(CELLS_OF))
+    call write_of_part('NumberOfConnectivityIds', self%n_local(CORNERS_OF))
+
+    allocate (time, source=self%time)
+    call hdf5_write_rows(self%steps, 'Values', H5T_NATIVE_DOUBLE, c_loc(time), LIST, self%n_step, &
+                         merge(1_gp, 0_gp, self%comm%rank == 0), self%n_step + 1_gp, broken)
+    call write_number(self%steps, 'PartOffsets', first_part, LIST)
+    call write_number(self%steps, 'NumberOfParts', int(self%comm%size, gp), LIST)
+    call write_number(self%steps, 'PointOffsets', self%n_done(POINTS_OF), LIST)
+    call write_number(self%steps, 'CellOffsets', self%n_done(CELLS_OF), 1)
+    call write_number(self%steps, 'ConnectivityIdOffsets', self%n_done(CORNERS_OF), 1)
+    do i = 1, size(self%fields)
+      associate (field => self%fields(i))
+        call write_number(self%data_offsets(field%support), trim(field%name), &
+                          self%n_done(field%support), LIST)
+      end associate
+    end do
+
+  contains
+
+    !> One number a rank.
+    subroutine write_of_part(name, value)
+      character(len=*), intent(in) :: name
+      integer(gp), intent(in) :: value
+
+      integer(int64), allocatable, target :: buffer
+
+      allocate (buffer, source=int(value, int64))
+      call hdf5_write_rows(self%root, name, h5kind_to_type(int64, H5_INTEGER_KIND), &
+                           c_loc(buffer), LIST, first_part + self%comm%rank, 1_gp, &
+                           first_part + self%comm%size, broken)
+
+    end subroutine write_of_part
+
+    !> One number a step.
+    subroutine write_number(group, name, value, n_component)
+      integer(hid_t), intent(in) :: group
+      character(len=*), intent(in) :: name
+      integer(gp), intent(in) :: value
+      integer, intent(in) :: n_component
+
+      integer(int64), allocatable, target :: buffer
+
+      allocate (buffer, source=int(value, int64))
+      call hdf5_write_rows(group, name, h5kind_to_type(int64, H5_INTEGER_KIND), c_loc(buffer), &
+                           n_component, self%n_step, merge(1_gp, 0_gp, self%comm%rank == 0), &
+                           self%n_step + 1_gp, broken)
+
+    end subroutine write_number
+
+  end subroutine write_of_step
+
+  !> Collective. Safe after any failure.
+  subroutine vtkhdf_close(self)
+    class(vtkhdf_t), intent(inout) :: self
+
+    integer :: code, i
+
+    do i = 1, 2
+      call close_group(self%data(i))
+      call close_group(self%data_offsets(i))
+    end do
+    call close_group(self%steps)
+    call close_group(self%root)
+    if (self%file >= 0_hid_t) call h5fclose_f(self%file, code)
+    self%file = -1_hid_t
+    self%is_in_step = .false.
+    self%has_mesh = .false.
+    if (allocated(self%fields)) deallocate (self%fields)
+    self%n_step = 0_gp
+    self%n_done = 0_gp
+    self%time_done = -huge(1.0_wp)
+
+  end subroutine vtkhdf_close
+
+  !> Write this step's rows of a table behind those of finished steps.
+  subroutine write_rows_of(self, table, location, name, memory_type, buffer, n_component, broken)
+    class(vtkhdf_t), intent(in) :: self
+    !> `POINTS_OF` and its like: whose rows they are.
+    integer, intent(in) :: table
+    integer(hid_t), intent(in) :: location
+    character(len=*), intent(in) :: name
+    integer(hid_t), intent(in) :: memory_type
+    type(c_ptr), intent(in) :: buffer
+    integer, intent(in) :: n_component
+    logical, intent(inout) :: broken
+
+    if (self%n_total(table) == 0_gp) return
+    call hdf5_write_rows(location, trim(name), memory_type, buffer, n_component, &
+                         self%n_done(table) + self%n_before(table), self%n_local(table), &
+                         self%n_done(table) + self%n_total(table), broken)
+
+  end subroutine write_rows_of
+
+  !> Place of a field in the list; 0 when it is new.
+  function find_field(self, support, name) result(position)
+    class(vtkhdf_t), intent(in) :: self
+    integer, intent(in) :: support
+    character(len=*), intent(in) :: name
+    integer :: position
+
+    position = 0
+    if (.not. allocated(self%fields)) return
+    position = findloc(self%fields%name == name .and. self%fields%support == support, .true., dim=1)
+
+  end function find_field
+
+  !> Collective. Turn a failure of HDF5 on any rank into a status on all.
+  subroutine settle(self, origin, broken, status, name)
+    class(vtkhdf_t), intent(in) :: self
+    character(len=*), intent(in) :: origin
+    logical, intent(in) :: broken
+    type(status_t), intent(inout) :: status
+    !> The field in hand.
+    character(len=*), intent(in), optional :: name
+
+    character(len=:), allocatable :: what
+
+    what = ''
+    if (present(name)) what = ' (field '//trim(name)//')'
+    if (broken) then
+      call status%raise(STATUS_ERROR, origin, 'cannot write '//self%path//what// &
+                        ': the disk may be full or the file damaged', EXIT_FILE)
+    end if
+    call self%comm%agree(status)
+
+  end subroutine settle
+
+  !> Create a group and leave it open.
+  subroutine create_group(location, name, group, broken)
+    integer(hid_t), intent(in) :: location
+    character(len=*), intent(in) :: name
+    integer(hid_t), intent(inout) :: group
+    logical, intent(inout) :: broken
+
+    integer :: code
+
+    call h5gcreate_f(location, name, group, code)
+    call note_code(code, broken)
+
+  end subroutine create_group
+
+  !> Close a group if it is open.
+  subroutine close_group(group)
+    integer(hid_t), intent(inout) :: group
+
+    integer :: code
+
+    if (group >= 0_hid_t) call h5gclose_f(group, code)
+    group = -1_hid_t
+
+  end subroutine close_group
+
+  !> Rows to allocate at a time, from those of the first step.
+  pure function chunk_of(n_row) result(n_chunk)
+    integer(gp), intent(in) :: n_row
+    integer(gp) :: n_chunk
+
+    n_chunk = min(MAX_CHUNK, max(MIN_CHUNK, n_row))
+
+  end function chunk_of
+
+  !> Components of symmetric tensors as VTK orders them, from Mandel notation.
+  pure function components_of(mandel) result(components)
+    !> Shape (6, n).
+    real(wp), intent(in) :: mandel(:, :)
+    real(wp), allocatable :: components(:, :)
+
+    allocate (components, source=mandel)
+    components(4, :) = mandel(6, :) / SQRT2
+    components(5, :) = mandel(4, :) / SQRT2
+    components(6, :) = mandel(5, :) / SQRT2
+
+  end function components_of
+
+end module swage_vtkhdf
