@@ -1,0 +1,8 @@
+!> pFUnit's interface for tests on several ranks, as far as `.pf` files of Swage use it.
+module pfunit
+  use funit
+  use swage_test_runner, only: MpiTestMethod
+  implicit none(type, external)
+  public
+
+end module pfunit
