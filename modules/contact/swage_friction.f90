@@ -1,0 +1,114 @@
+!> What every friction law offers, and what the rate-regularised ones share.
+module swage_friction
+  use swage_kinds, only: wp
+  use swage_rotation, only: dyadic, IDENTITY
+  implicit none(type, external)
+  private
+
+  public :: friction_law_t, friction_point_t, set_regularised, shear_limit
+
+  !> One point in contact, during one step. Vectors lie in the tangent plane at the end of the step.
+  !>
+  !> An input that a law does not use may keep its initial value.
+  type :: friction_point_t
+    !> In: slip of the body relative to the tool during the step [length].
+    real(wp) :: slip(3) = 0.0_wp
+    !> In: the step [time], positive.
+    real(wp) :: dt = 1.0_wp
+    !> In: contact pressure at the end of the step [stress]; tension counts as 0.
+    real(wp) :: pressure = 0.0_wp
+    !> In: flow stress σ₀ of the material at the point [stress].
+    real(wp) :: flow_stress = 0.0_wp
+    !> In: slip rate below which the traction of a sliding law fades [length/time], positive.
+    real(wp) :: regularisation_velocity = 0.0_wp
+    !> In: stiffness against slip of a sticking law [stress/length].
+    real(wp) :: tangential_stiffness = 0.0_wp
+    !> In: traction at the start of the step, turned with the tool [stress].
+    real(wp) :: traction_old(3) = 0.0_wp
+    !> Out: friction on the body [stress].
+    real(wp) :: traction(3) = 0.0_wp
+    !> Out: ∂traction/∂slip at fixed pressure [stress/length]; for slips in the tangent plane.
+    real(wp) :: d_slip(3, 3) = 0.0_wp
+    !> Out: ∂traction/∂pressure at fixed slip [1].
+    real(wp) :: d_pressure(3) = 0.0_wp
+    !> Out: work turned into heat during the step [energy/length^2], at least 0.
+    real(wp) :: dissipation = 0.0_wp
+    !> Out: true while the point follows the tool: below the regularising slip rate, or bonded.
+    logical :: sticking = .false.
+  end type friction_point_t
+
+  !> A friction law with its parameters; immutable once created, shared by all points.
+  type, abstract :: friction_law_t
+    !> What the key `kind` calls it.
+    character(len=:), allocatable :: name
+    !> Slip rate of the regularisation as the user gave it [length/time]; 0: not given, the caller
+    !> takes one per cent of the speed of the fastest tool.
+    real(wp) :: regularisation_velocity = 0.0_wp
+    !> True when the law asks for `friction_point_t%flow_stress`.
+    logical :: uses_flow_stress = .false.
+    !> True when the law asks for `friction_point_t%regularisation_velocity`.
+    logical :: is_regularised = .false.
+    !> True when the law asks for `traction_old` and `tangential_stiffness`.
+    logical :: has_history = .false.
+  contains
+    !> Friction at one point.
+    procedure(point_traction), deferred :: traction
+  end type friction_law_t
+
+  abstract interface
+    !> Traction on the body and its derivatives, from the inputs of `point`.
+    pure subroutine point_traction(self, point)
+      import :: friction_law_t, friction_point_t
+      implicit none(type, external)
+      class(friction_law_t), intent(in) :: self
+      type(friction_point_t), intent(inout) :: point
+    end subroutine point_traction
+  end interface
+
+contains
+
+  !> Sliding against a limit, made smooth in the slip rate v = slip/dt:
+  !> \[ \tau = -\tau_{max}\,\frac{v}{\sqrt{|v|^2 + e^2}}, \quad
+  !>    \frac{\partial\tau}{\partial v} = -\frac{\tau_{max}}{s}
+  !>    \Big(I - \frac{v\otimes v}{s^2}\Big), \quad s = \sqrt{|v|^2 + e^2}. \]
+  !>
+  !> A body that should stick creeps at \(e\,\tau/\sqrt{\tau_{max}^2-\tau^2}\).
+  pure subroutine set_regularised(limit, d_limit, point)
+    !> \(\tau_{max}\) [stress].
+    real(wp), intent(in) :: limit
+    !> Its derivative by the pressure [1].
+    real(wp), intent(in) :: d_limit
+    !> Inputs `slip`, `dt`, `regularisation_velocity` \(e\); all outputs are set.
+    type(friction_point_t), intent(inout) :: point
+
+    real(wp) :: direction(3), scale, velocity(3)
+
+    velocity = point%slip / point%dt
+    scale = hypot(norm2(velocity), point%regularisation_velocity)
+    direction = 0.0_wp
+    point%d_slip = 0.0_wp
+    ! Zero only when neither the body moves nor a velocity was given: no direction, no friction
+    if (scale > 0.0_wp) then
+      direction = velocity / scale
+      point%d_slip = limit / (scale * point%dt) * (dyadic(direction, direction) - IDENTITY)
+    end if
+    point%traction = -limit * direction
+    point%d_pressure = -d_limit * direction
+    point%dissipation = limit * dot_product(direction, point%slip)
+    point%sticking = limit > 0.0_wp .and. norm2(velocity) < point%regularisation_velocity
+
+  end subroutine set_regularised
+
+  !> Share of the shear flow stress, \(m\,\sigma_0/\sqrt3\) [stress].
+  elemental function shear_limit(tresca_factor, flow_stress) result(limit)
+    !> \(m\) [1].
+    real(wp), intent(in) :: tresca_factor
+    !> \(\sigma_0\), uniaxial [stress].
+    real(wp), intent(in) :: flow_stress
+    real(wp) :: limit
+
+    limit = tresca_factor * (flow_stress / sqrt(3.0_wp))
+
+  end function shear_limit
+
+end module swage_friction
