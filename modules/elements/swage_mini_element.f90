@@ -260,7 +260,7 @@ contains
     type(point_batch_t), intent(in) :: points
     logical, intent(in) :: with_tangent
 
-    real(wp) :: mass, pressure, stress(3, 3), volume_change
+    real(wp) :: mass, pressure, reference_volume, stress(3, 3), volume_change
     integer :: i, v
 
     do i = 1, self%n_cell
@@ -276,8 +276,13 @@ contains
         volume_change = self%volume_old(i) &
           * (self%log_volume_new(i) - self%log_volume_old(i))
       end if
-      ! Mass matrix of the vertex functions: (1 + δ) measure / ((n + 1) (n + 2))
-      mass = self%inverse_bulk_modulus * self%volume_old(i) &
+      ! Mass matrix of the vertex functions: (1 + δ) measure / ((n + 1) (n + 2)). On the reference
+      ! volume the increments of a cell's elastic volume add up to a function of its pressure
+      reference_volume = self%volume_old(i)
+      if (.not. self%fixed_geometry) then
+        reference_volume = reference_volume * exp(-self%log_volume_old(i))
+      end if
+      mass = self%inverse_bulk_modulus * reference_volume &
         / ((self%n_dim + 1) * (self%n_dim + 2))
 
       do v = 1, self%n_vertex

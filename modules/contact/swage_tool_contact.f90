@@ -1,0 +1,290 @@
+!> Contact of a body's surface with one rigid tool: nodal penalty, with friction.
+!>
+!> A node that is inside the tool at the end of the step is pushed out along the tool's normal by
+!> `penalty * penetration * area`; it leaves as soon as it is outside. Its area is its share of
+!> the surface, projected on the tool: a side facet that folds onto the tool counts more and more.
+!> Areas are those of the start of the step, so the tangent has no term of theirs. Friction acts
+!> on the slip against the material point of the tool that the node started from, which makes a
+!> turning tool exact at any angle.
+module swage_tool_contact
+  use swage_friction, only: friction_law_t, friction_point_t
+  use swage_kinds, only: gp, wp
+  use swage_rigid_tool, only: rigid_tool_t
+  use swage_rotation, only: cross_product, dyadic, IDENTITY
+  implicit none(type, external)
+  private
+
+  public :: tool_contact_t, tool_contact_create, facet_normal
+
+  !> Smallest share of a facet's area that a node gets, whatever its inclination to the tool: a
+  !> node about to fold must not be free to penetrate.
+  real(wp), parameter :: MINIMUM_SHARE = 0.1_wp
+  real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
+  !> A node this close to the tool, by its cell size, is in contact from the start when the
+  !> contact cannot separate.
+  real(wp), parameter :: TOUCHING = 1.0e-6_wp
+
+  !> One pair of surface and tool. Node lists hold this rank's own nodes.
+  type :: tool_contact_t
+    character(len=:), allocatable :: name
+    !> Place of the tool in the caller's list.
+    integer :: tool = 0
+    class(friction_law_t), allocatable :: friction
+    !> True when nodes may leave the tool.
+    logical :: separation = .true.
+    !> Boundary facets of this rank that may touch; shape (n_facet).
+    integer, allocatable :: facet(:)
+    !> Nodes of the surface; shape (n_contact). What follows has one entry a node.
+    integer, allocatable :: node(:)
+    !> Cell size [length].
+    real(wp), allocatable :: size(:)
+    !> Pressure by penetration, and tangential traction by slip where friction bonds
+    !> [stress/length].
+    real(wp), allocatable :: penalty(:), tangential_stiffness(:)
+    !> Area of the step [length^2].
+    real(wp), allocatable :: area(:)
+    !> Flow stress of the material of the step [stress].
+    real(wp), allocatable :: flow_stress(:)
+    !> At the last evaluation: penetration [length], pressure [stress], positive in compression.
+    real(wp), allocatable :: penetration(:), pressure(:)
+    !> Friction on the body at the start of the step and at the last evaluation [stress]; (3, :).
+    real(wp), allocatable :: traction_old(:, :), traction(:, :)
+    !> In contact at the last evaluation; bonded since an earlier step where it cannot separate.
+    logical, allocatable :: active(:), bonded(:)
+    !> Force on the tool and its torque about the tool's reference point, of this rank's nodes.
+    real(wp) :: force(3) = 0.0_wp
+    real(wp) :: torque(3) = 0.0_wp
+    !> Sum of the squared nodal forces of this rank, for the size of the problem's forces.
+    real(wp) :: force_square = 0.0_wp
+    !> Heat of friction during the step [energy], of this rank's nodes.
+    real(wp) :: dissipation = 0.0_wp
+    !> Nodes whose state changed at the last evaluation.
+    integer :: n_changed = 0
+  contains
+    !> Areas of the facets of this rank, as nodal sums still to be added over the ranks.
+    procedure :: gather_areas => tool_contact_gather_areas
+    !> Take the nodal areas and flow stresses of the step.
+    procedure :: begin_step => tool_contact_begin_step
+    !> Forces, and tangent blocks, at given positions.
+    procedure :: evaluate => tool_contact_evaluate
+    !> Make the last evaluation the start of the next step.
+    procedure :: accept => tool_contact_accept
+  end type tool_contact_t
+
+contains
+
+  !> A contact without area yet. The surface is given as facets, its nodes as this rank's own.
+  subroutine tool_contact_create(name, tool, friction, separation, facet, node, size, penalty, &
+                                 tangential_stiffness, contact)
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: tool
+    class(friction_law_t), intent(in) :: friction
+    logical, intent(in) :: separation
+    integer, intent(in) :: facet(:)
+    integer, intent(in) :: node(:)
+    !> [length]; shape of `node`.
+    real(wp), intent(in) :: size(:)
+    !> [stress/length]; shape of `node`.
+    real(wp), intent(in) :: penalty(:), tangential_stiffness(:)
+    type(tool_contact_t), intent(out) :: contact
+
+    integer :: n
+
+    contact%name = name
+    contact%tool = tool
+    allocate (contact%friction, source=friction)
+    contact%separation = separation
+    allocate (contact%facet, source=facet)
+    allocate (contact%node, source=node)
+    allocate (contact%size, source=size)
+    allocate (contact%penalty, source=penalty)
+    allocate (contact%tangential_stiffness, source=tangential_stiffness)
+    n = ubound(node, 1)
+    allocate (contact%area(n), contact%flow_stress(n), contact%penetration(n), &
+              contact%pressure(n), source=0.0_wp)
+    allocate (contact%traction_old(3, n), contact%traction(3, n), source=0.0_wp)
+    allocate (contact%active(n), contact%bonded(n), source=.false.)
+
+  end subroutine tool_contact_create
+
+  !> Each facet gives each of its nodes a share of its area, by its inclination to the tool there.
+  subroutine tool_contact_gather_areas(self, tool, axisymmetric, facet_node, x, area)
+    class(tool_contact_t), intent(in) :: self
+    !> At the end of the step.
+    type(rigid_tool_t), intent(in) :: tool
+    logical, intent(in) :: axisymmetric
+    !> Outward oriented; shape (n_dim, n_facet).
+    integer, intent(in) :: facet_node(:, :)
+    !> Positions at the start of the step [length]; shape (n_dim, n_node).
+    real(wp), intent(in) :: x(:, :)
+    !> Nodal areas [length^2]; shape (1, n_node).
+    real(wp), contiguous, intent(out) :: area(:, :)
+
+    real(wp) :: hessian(3, 3), normal(3), penetration, point(3), share, tool_normal(3), weight(3)
+    integer :: a, i, n_dim
+
+    n_dim = size(x, 1)
+    area = 0.0_wp
+    do i = 1, size(self%facet)
+      associate (nodes => facet_node(:, self%facet(i)))
+        call facet_normal(x(:, nodes), normal)
+        weight = norm2(normal) / n_dim
+        normal = normal / norm2(normal)
+        if (axisymmetric) then
+          weight(1:2) = weight(1:2) * TWO_PI / 3.0_wp &
+            * [2.0_wp * x(1, nodes(1)) + x(1, nodes(2)), x(1, nodes(1)) + 2.0_wp * x(1, nodes(2))]
+        end if
+        do a = 1, n_dim
+          point = 0.0_wp
+          point(:n_dim) = x(:, nodes(a))
+          call tool%project(point, penetration, tool_normal, hessian)
+          share = max(-dot_product(normal, tool_normal), MINIMUM_SHARE)
+          area(1, nodes(a)) = area(1, nodes(a)) + share * weight(a)
+        end do
+      end associate
+    end do
+
+  end subroutine tool_contact_gather_areas
+
+  !> The old positions say whether a contact that cannot separate exists from the start.
+  subroutine tool_contact_begin_step(self, tool_old, x, area, flow_stress)
+    class(tool_contact_t), intent(inout) :: self
+    !> Where the tool is at the start of the step.
+    type(rigid_tool_t), intent(in) :: tool_old
+    !> Positions at the start of the step [length]; shape (n_dim, n_node).
+    real(wp), intent(in) :: x(:, :)
+    !> Complete nodal areas [length^2]; shape (n_node).
+    real(wp), intent(in) :: area(:)
+    !> Nodal [stress]; shape (n_node).
+    real(wp), intent(in) :: flow_stress(:)
+
+    real(wp) :: hessian(3, 3), normal(3), penetration, point(3)
+    integer :: i
+
+    do i = 1, size(self%node)
+      self%area(i) = area(self%node(i))
+      self%flow_stress(i) = flow_stress(self%node(i))
+      if (self%separation .or. self%bonded(i)) cycle
+      point = 0.0_wp
+      point(:size(x, 1)) = x(:, self%node(i))
+      call tool_old%project(point, penetration, normal, hessian)
+      self%bonded(i) = penetration > -TOUCHING * self%size(i)
+    end do
+
+  end subroutine tool_contact_begin_step
+
+  !> Adds the contact forces with the sign of internal forces: the residual is internal minus
+  !> external force.
+  subroutine tool_contact_evaluate(self, tool, dt, default_velocity, x_old, x_new, diagonal, &
+                                   residual, values)
+    class(tool_contact_t), intent(inout) :: self
+    !> At the end of the step.
+    type(rigid_tool_t), intent(in) :: tool
+    !> [time]
+    real(wp), intent(in) :: dt
+    !> Slip rate of the regularisation where the law has none of its own [length/time].
+    real(wp), intent(in) :: default_velocity
+    !> Positions at both ends of the step [length]; shape (n_dim, n_node).
+    real(wp), intent(in) :: x_old(:, :), x_new(:, :)
+    !> Place of the diagonal block of each node; shape (n_node).
+    integer(gp), intent(in) :: diagonal(:)
+    !> Shape (n_dim + 1, n_node).
+    real(wp), intent(inout) :: residual(:, :)
+    !> Blocks of the tangent; shape (n_dim + 1, n_dim + 1, n_block).
+    real(wp), intent(inout) :: values(:, :, :)
+
+    type(friction_point_t) :: point
+    real(wp) :: d_normal(3, 3), d_pressure(3), d_slip(3, 3), force(3), from_tool(3), &
+      hessian(3, 3), normal(3), penetration, tangent(3, 3), x(3)
+    integer :: i, n
+    logical :: active
+
+    n = size(x_new, 1)
+    self%force = 0.0_wp
+    self%torque = 0.0_wp
+    self%force_square = 0.0_wp
+    self%dissipation = 0.0_wp
+    self%n_changed = 0
+    do i = 1, size(self%node)
+      associate (node => self%node(i))
+
+        x = 0.0_wp
+        x(:n) = x_new(:, node)
+        call tool%project(x, penetration, normal, hessian)
+        self%penetration(i) = penetration
+        active = penetration > 0.0_wp .or. self%bonded(i)
+        if (active .neqv. self%active(i)) self%n_changed = self%n_changed + 1
+        self%active(i) = active
+        self%pressure(i) = 0.0_wp
+        self%traction(:, i) = 0.0_wp
+        if (.not. active) cycle
+
+        self%pressure(i) = self%penalty(i) * penetration
+        ! Derivatives by the position; the penetration's is -normal, the normal's -hessian
+        d_pressure = -self%penalty(i) * normal
+        d_normal = -hessian
+        force = self%pressure(i) * normal
+        tangent = dyadic(normal, d_pressure) + self%pressure(i) * d_normal
+
+        ! Slip against the tool's own point, in the tangent plane
+        from_tool = 0.0_wp
+        from_tool(:n) = x_old(:, node)
+        from_tool = x - tool%carry(from_tool)
+        point%slip = from_tool - normal * dot_product(normal, from_tool)
+        d_slip = IDENTITY - dyadic(normal, normal) - dot_product(normal, from_tool) * d_normal &
+          - dyadic(normal, matmul(transpose(d_normal), from_tool))
+        point%dt = dt
+        point%pressure = max(self%pressure(i), 0.0_wp)
+        point%flow_stress = self%flow_stress(i)
+        point%regularisation_velocity = default_velocity
+        if (self%friction%regularisation_velocity > 0.0_wp) then
+          point%regularisation_velocity = self%friction%regularisation_velocity
+        end if
+        point%tangential_stiffness = self%tangential_stiffness(i)
+        point%traction_old = matmul(tool%rotation_increment, self%traction_old(:, i))
+        point%traction_old = point%traction_old - normal * dot_product(normal, point%traction_old)
+        call self%friction%traction(point)
+        self%traction(:, i) = point%traction
+        self%dissipation = self%dissipation + self%area(i) * point%dissipation
+        force = force + point%traction
+        tangent = tangent + matmul(point%d_slip, d_slip)
+        if (self%pressure(i) > 0.0_wp) tangent = tangent + dyadic(point%d_pressure, d_pressure)
+
+        force = self%area(i) * force
+        tangent = self%area(i) * tangent
+        residual(:n, node) = residual(:n, node) - force(:n)
+        values(:n, :n, diagonal(node)) = values(:n, :n, diagonal(node)) - tangent(:n, :n)
+        self%force = self%force - force
+        self%torque = self%torque - cross_product(x - tool%reference_point, force)
+        self%force_square = self%force_square + dot_product(force, force)
+
+      end associate
+    end do
+
+  end subroutine tool_contact_evaluate
+
+  subroutine tool_contact_accept(self)
+    class(tool_contact_t), intent(inout) :: self
+
+    self%traction_old = self%traction
+    if (.not. self%separation) self%bonded = self%bonded .or. self%active
+
+  end subroutine tool_contact_accept
+
+  !> Normal of a facet, of the length of its area (3D) or length (2D), outward.
+  pure subroutine facet_normal(x, normal)
+    !> Outward oriented vertices [length]; shape (n_dim, n_dim).
+    real(wp), intent(in) :: x(:, :)
+    !> In 3D [length^2], in 2D [length].
+    real(wp), intent(out) :: normal(3)
+
+    if (size(x, 1) == 3) then
+      normal = 0.5_wp * cross_product(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
+    else
+      ! The body lies to the left of the way from the first vertex to the second
+      normal = [x(2, 2) - x(2, 1), x(1, 1) - x(1, 2), 0.0_wp]
+    end if
+
+  end subroutine facet_normal
+
+end module swage_tool_contact

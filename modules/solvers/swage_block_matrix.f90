@@ -1,0 +1,218 @@
+!> A sparse matrix of small dense blocks, one for each pair of unknown nodes that share a cell.
+!>
+!> Each rank holds what its own cells contribute; the matrix is the sum over the ranks, which the
+!> direct solver and the matrix-vector product take at their own time.
+module swage_block_matrix
+  use swage_halo, only: halo_t
+  use swage_kinds, only: gp, wp
+  use swage_unknowns, only: unknowns_t
+  implicit none(type, external)
+  private
+
+  public :: block_matrix_t, block_matrix_create
+
+  type :: block_matrix_t
+    !> Rows of a block.
+    integer :: n_slot = 0
+    !> Block rows.
+    integer :: n_node = 0
+    !> Blocks of this rank.
+    integer(gp) :: n_block = 0_gp
+    !> First block of each row, and one past the last of all; shape (n_node + 1).
+    integer(gp), allocatable :: row_start(:)
+    !> Column of each block, ascending in a row; shape (n_block).
+    integer, allocatable :: column(:)
+    !> Block on the diagonal of each row; shape (n_node).
+    integer(gp), allocatable :: diagonal(:)
+    !> Blocks of each cell, row vertex fastest; shape (n_vertex, n_vertex, n_cell).
+    integer(gp), allocatable :: cell_block(:, :, :)
+    !> Shape (n_slot, n_slot, n_block), rows first.
+    real(wp), allocatable :: values(:, :, :)
+  contains
+    !> Set all values to zero.
+    procedure :: clear => block_matrix_clear
+    !> Add the matrix of one cell, unknowns vertex by vertex.
+    procedure :: add_cell => block_matrix_add_cell
+    !> Collective. Product with a vector given on all copies of the nodes.
+    procedure :: multiply => block_matrix_multiply
+  end type block_matrix_t
+
+contains
+
+  !> Pattern of all pairs of unknown nodes of a cell; values zero.
+  pure subroutine block_matrix_create(unknowns, matrix)
+    type(unknowns_t), intent(in) :: unknowns
+    type(block_matrix_t), intent(out) :: matrix
+
+    integer, allocatable :: cell_of_node(:), first(:), stamp(:)
+    integer(gp), allocatable :: place(:)
+    integer :: a, b, cell, i, j, n, n_cell, n_node, n_vertex, pass
+    integer(gp) :: filled, k
+
+    n_node = unknowns%n_node
+    n_vertex = size(unknowns%cell_node, 1)
+    n_cell = size(unknowns%cell_node, 2)
+    matrix%n_slot = unknowns%n_slot
+    matrix%n_node = n_node
+
+    call list_cells(unknowns%cell_node, n_node, first, cell_of_node)
+
+    ! Count, then fill: a stamp says that a column was met in this row
+    allocate (stamp(n_node), matrix%row_start(n_node + 1), matrix%diagonal(n_node))
+    do pass = 1, 2
+      stamp = 0
+      filled = 0_gp
+      matrix%row_start(1) = 1_gp
+      do i = 1, n_node
+        n = 0
+        do j = first(i), first(i + 1) - 1
+          do a = 1, n_vertex
+            associate (node => unknowns%cell_node(a, cell_of_node(j)))
+              if (stamp(node) == i) cycle
+              stamp(node) = i
+              n = n + 1
+              if (pass == 2) matrix%column(filled + n) = node
+            end associate
+          end do
+        end do
+        ! A node of no cell still has its diagonal
+        if (stamp(i) /= i) then
+          n = n + 1
+          if (pass == 2) matrix%column(filled + n) = i
+        end if
+        if (pass == 2) call sort(matrix%column(filled + 1:filled + n))
+        filled = filled + n
+        matrix%row_start(i + 1) = filled + 1_gp
+      end do
+      if (pass == 1) allocate (matrix%column(filled))
+    end do
+    matrix%n_block = filled
+    allocate (matrix%values(matrix%n_slot, matrix%n_slot, filled), source=0.0_wp)
+
+    ! Where the blocks of each cell lie: scatter the row, then look up
+    allocate (matrix%cell_block(n_vertex, n_vertex, n_cell), place(n_node))
+    do i = 1, n_node
+      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1_gp
+        place(matrix%column(k)) = k
+      end do
+      matrix%diagonal(i) = place(i)
+      do j = first(i), first(i + 1) - 1
+        cell = cell_of_node(j)
+        do a = 1, n_vertex
+          if (unknowns%cell_node(a, cell) /= i) cycle
+          do b = 1, n_vertex
+            matrix%cell_block(a, b, cell) = place(unknowns%cell_node(b, cell))
+          end do
+        end do
+      end do
+    end do
+
+  end subroutine block_matrix_create
+
+  pure subroutine block_matrix_clear(self)
+    class(block_matrix_t), intent(inout) :: self
+
+    self%values = 0.0_wp
+
+  end subroutine block_matrix_clear
+
+  pure subroutine block_matrix_add_cell(self, cell, cell_matrix)
+    class(block_matrix_t), intent(inout) :: self
+    integer, intent(in) :: cell
+    !> Shape (n_vertex * n_slot, n_vertex * n_slot).
+    real(wp), contiguous, intent(in) :: cell_matrix(:, :)
+
+    integer :: a, b, c, d, m
+    integer(gp) :: k
+
+    m = self%n_slot
+    do b = 1, size(self%cell_block, 2)
+      do a = 1, size(self%cell_block, 1)
+        k = self%cell_block(a, b, cell)
+        do d = 1, m
+          do c = 1, m
+            self%values(c, d, k) = self%values(c, d, k) + cell_matrix(m * (a - 1) + c, m * (b - 1) + d)
+          end do
+        end do
+      end do
+    end do
+
+  end subroutine block_matrix_add_cell
+
+  subroutine block_matrix_multiply(self, halo, x, y)
+    class(block_matrix_t), intent(in) :: self
+    type(halo_t), intent(in) :: halo
+    !> Shape (n_slot, n_node).
+    real(wp), contiguous, intent(in) :: x(:, :)
+    !> Shape (n_slot, n_node); complete on every copy.
+    real(wp), contiguous, intent(out) :: y(:, :)
+
+    real(wp) :: total(self%n_slot)
+    integer :: c, i
+    integer(gp) :: k
+
+    do i = 1, self%n_node
+      total = 0.0_wp
+      do k = self%row_start(i), self%row_start(i + 1) - 1_gp
+        do c = 1, self%n_slot
+          total = total + self%values(:, c, k) * x(c, self%column(k))
+        end do
+      end do
+      y(:, i) = total
+    end do
+    call halo%accumulate(y)
+
+  end subroutine block_matrix_multiply
+
+  !> Cells of each node, as compressed rows.
+  pure subroutine list_cells(cell_node, n_node, first, cell_of_node)
+    integer, intent(in) :: cell_node(:, :)
+    integer, intent(in) :: n_node
+    integer, allocatable, intent(out) :: first(:)
+    integer, allocatable, intent(out) :: cell_of_node(:)
+
+    integer, allocatable :: next(:)
+    integer :: a, cell, i
+
+    allocate (first(n_node + 1), source=0)
+    do cell = 1, size(cell_node, 2)
+      do a = 1, size(cell_node, 1)
+        first(cell_node(a, cell) + 1) = first(cell_node(a, cell) + 1) + 1
+      end do
+    end do
+    first(1) = 1
+    do i = 2, n_node + 1
+      first(i) = first(i) + first(i - 1)
+    end do
+    allocate (next, source=first)
+    allocate (cell_of_node(size(cell_node)))
+    do cell = 1, size(cell_node, 2)
+      do a = 1, size(cell_node, 1)
+        i = cell_node(a, cell)
+        cell_of_node(next(i)) = cell
+        next(i) = next(i) + 1
+      end do
+    end do
+
+  end subroutine list_cells
+
+  !> Ascending, by insertion: rows are short.
+  pure subroutine sort(list)
+    integer, intent(inout) :: list(:)
+
+    integer :: i, j, value
+
+    do i = 2, size(list)
+      value = list(i)
+      j = i - 1
+      do while (j >= 1)
+        if (list(j) <= value) exit
+        list(j + 1) = list(j)
+        j = j - 1
+      end do
+      list(j + 1) = value
+    end do
+
+  end subroutine sort
+
+end module swage_block_matrix

@@ -1,0 +1,63 @@
+!> What every solver of the linearised equations offers.
+module swage_linear_solver
+  use swage_block_matrix, only: block_matrix_t
+  use swage_kinds, only: wp
+  use swage_status, only: status_t
+  implicit none(type, external)
+  private
+
+  public :: linear_solver_t
+
+  !> A solver with its factors. Owns handles: call `free`; do not copy. All bindings are collective.
+  type, abstract :: linear_solver_t
+    !> Factorisations and solutions since the start, for reports.
+    integer :: n_factorisation = 0
+    integer :: n_solution = 0
+  contains
+    !> Take new values of the matrix.
+    procedure(factorise_matrix), deferred :: factorise
+    !> Solve with the last matrix.
+    procedure(solve_system), deferred :: solve
+    !> What the solver decided since the last call, for the log; blank if nothing.
+    procedure(report_decisions), deferred :: report
+    !> Release every handle. Harmless when called twice.
+    procedure(free_handles), deferred :: free
+  end type linear_solver_t
+
+  abstract interface
+    subroutine factorise_matrix(self, matrix, status)
+      import :: block_matrix_t, linear_solver_t, status_t
+      implicit none(type, external)
+      class(linear_solver_t), intent(inout) :: self
+      !> Constrained rows and columns are those of the identity.
+      type(block_matrix_t), intent(in) :: matrix
+      !> `STATUS_RETRY` when the matrix is singular, `STATUS_ERROR` when memory is short.
+      type(status_t), intent(inout) :: status
+    end subroutine factorise_matrix
+
+    subroutine solve_system(self, right_hand_side, solution, status)
+      import :: linear_solver_t, status_t, wp
+      implicit none(type, external)
+      class(linear_solver_t), intent(inout) :: self
+      !> Complete on the owner of each node; shape (n_slot, n_node).
+      real(wp), contiguous, intent(in) :: right_hand_side(:, :)
+      !> On every copy; shape (n_slot, n_node).
+      real(wp), contiguous, intent(out) :: solution(:, :)
+      type(status_t), intent(inout) :: status
+    end subroutine solve_system
+
+    subroutine report_decisions(self, text)
+      import :: linear_solver_t
+      implicit none(type, external)
+      class(linear_solver_t), intent(inout) :: self
+      character(len=:), allocatable, intent(out) :: text
+    end subroutine report_decisions
+
+    subroutine free_handles(self)
+      import :: linear_solver_t
+      implicit none(type, external)
+      class(linear_solver_t), intent(inout) :: self
+    end subroutine free_handles
+  end interface
+
+end module swage_linear_solver

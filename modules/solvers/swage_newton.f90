@@ -1,0 +1,140 @@
+!> Newton iterations with a line search, for any problem that can evaluate itself.
+module swage_newton
+  use swage_kinds, only: wp
+  use swage_status, only: EXIT_CONVERGENCE, status_t, STATUS_RETRY
+  implicit none(type, external)
+  private
+
+  public :: newton_control_t, newton_problem_t, newton_report_t, newton_solve, N_FIELD
+
+  !> Fields with an error of their own: equilibrium and volume.
+  integer, parameter :: N_FIELD = 2
+  !> Longest history of a report.
+  integer, parameter :: MAXIMUM_HISTORY = 100
+  !> Halvings of a correction before the last one is taken for better or worse.
+  integer, parameter :: MAXIMUM_HALVINGS = 4
+
+  !> When to stop.
+  type :: newton_control_t
+    !> Largest error of each field [1].
+    real(wp) :: tolerance(N_FIELD) = [1.0e-6_wp, 1.0e-5_wp]
+    !> Iterations after which the step is given up.
+    integer :: maximum_iterations = 20
+  end type newton_control_t
+
+  !> What happened.
+  type :: newton_report_t
+    !> Corrections computed.
+    integer :: n_iteration = 0
+    !> Relative errors before the first and after each correction; shape (N_FIELD, 0:).
+    real(wp) :: errors(N_FIELD, 0:MAXIMUM_HISTORY) = 0.0_wp
+    !> Share of each correction that was taken.
+    real(wp) :: step_length(MAXIMUM_HISTORY) = 0.0_wp
+  end type newton_report_t
+
+  !> A problem in the unknowns of one step. It holds its unknowns, residual and tangent.
+  type, abstract :: newton_problem_t
+    !> Relative errors of the last evaluation [1].
+    real(wp) :: errors(N_FIELD) = 0.0_wp
+    !> True while prescribed values wait to be imposed by the next correction.
+    logical :: has_pending_values = .false.
+  contains
+    !> Collective. Residual, errors and tangent at the present unknowns.
+    procedure(evaluate_problem), deferred :: evaluate
+    !> Collective. Solve for the correction, and remember the present unknowns.
+    procedure(correct_problem), deferred :: correct
+    !> Set the unknowns to the remembered ones plus a share of the correction.
+    procedure(move_unknowns), deferred :: move
+    !> Where the error is worst, for messages.
+    procedure(worst_place), deferred :: describe_worst
+  end type newton_problem_t
+
+  abstract interface
+    subroutine evaluate_problem(self, status)
+      import :: newton_problem_t, status_t
+      implicit none(type, external)
+      class(newton_problem_t), intent(inout) :: self
+      !> `STATUS_RETRY`, the same on all ranks, when a cell is inverted or a law fails.
+      type(status_t), intent(inout) :: status
+    end subroutine evaluate_problem
+
+    subroutine correct_problem(self, status)
+      import :: newton_problem_t, status_t
+      implicit none(type, external)
+      class(newton_problem_t), intent(inout) :: self
+      type(status_t), intent(inout) :: status
+    end subroutine correct_problem
+
+    subroutine move_unknowns(self, step_length)
+      import :: newton_problem_t, wp
+      implicit none(type, external)
+      class(newton_problem_t), intent(inout) :: self
+      !> 1 for the whole correction.
+      real(wp), intent(in) :: step_length
+    end subroutine move_unknowns
+
+    function worst_place(self) result(place)
+      import :: newton_problem_t
+      implicit none(type, external)
+      class(newton_problem_t), intent(in) :: self
+      character(len=:), allocatable :: place
+    end function worst_place
+  end interface
+
+contains
+
+  !> Collective. Iterate from the present unknowns until all errors are within tolerance.
+  !>
+  !> A correction is halved while the sum of the squared errors grows or a cell is inverted. The
+  !> first one is exempt from the former: it imposes the motion of the step, and errors relative
+  !> to it mean nothing before.
+  subroutine newton_solve(problem, control, report, status)
+    class(newton_problem_t), intent(inout) :: problem
+    type(newton_control_t), intent(in) :: control
+    type(newton_report_t), intent(out) :: report
+    !> `STATUS_RETRY` when the step must be cut; the message says where it hurts most.
+    type(status_t), intent(inout) :: status
+
+    type(status_t) :: trial
+    real(wp) :: merit, step_length
+    integer :: halving, iteration
+
+    call problem%evaluate(status)
+    if (status%failed()) return
+    report%errors(:, 0) = problem%errors
+
+    do iteration = 1, min(control%maximum_iterations, MAXIMUM_HISTORY) + 1
+      if (all(problem%errors <= control%tolerance) .and. .not. problem%has_pending_values) return
+      if (iteration > min(control%maximum_iterations, MAXIMUM_HISTORY)) exit
+
+      merit = norm2(problem%errors)
+      call problem%correct(status)
+      if (status%failed()) return
+
+      step_length = 1.0_wp
+      do halving = 0, MAXIMUM_HALVINGS
+        call problem%move(step_length)
+        call trial%clear()
+        call problem%evaluate(trial)
+        if (.not. trial%failed()) then
+          if (iteration == 1) exit
+          if (norm2(problem%errors) < merit) exit
+          if (all(problem%errors <= control%tolerance)) exit
+        end if
+        if (halving < MAXIMUM_HALVINGS) step_length = 0.5_wp * step_length
+      end do
+      report%n_iteration = iteration
+      report%errors(:, iteration) = problem%errors
+      report%step_length(iteration) = step_length
+      if (trial%failed()) then
+        status = trial
+        return
+      end if
+    end do
+
+    call status%raise(STATUS_RETRY, 'newton_solve', 'no convergence: '//problem%describe_worst(), &
+                      EXIT_CONVERGENCE)
+
+  end subroutine newton_solve
+
+end module swage_newton
