@@ -54,3 +54,9 @@ function(add_pfunit_ctest name)
   add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} --oversubscribe
     ${MPIEXEC_NUMPROC_FLAG} ${arg_MAX_PES} ${MPIEXEC_PREFLAGS} $<TARGET_FILE:${name}>)
 endfunction()
+
+# The runner must also fail when it should.
+add_test(NAME check_runner COMMAND Python3::Interpreter "${CMAKE_CURRENT_LIST_DIR}/check_runner"
+  "${MPI_Fortran_COMPILER}" "${CMAKE_BINARY_DIR}" "${MPIEXEC_EXECUTABLE}" --oversubscribe
+  ${MPIEXEC_PREFLAGS} ${MPIEXEC_NUMPROC_FLAG})
+set_tests_properties(check_runner PROPERTIES LABELS unit TIMEOUT 300)

@@ -6,7 +6,7 @@ module swage_test_assert
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64, real64
   use swage_test_failures, only: record_failure, SourceLocation
-  use swage_test_value, only: KIND_INTEGER, KIND_REAL, KIND_TEXT, test_value_t
+  use swage_test_value, only: KIND_INTEGER, KIND_REAL, test_value_t
   implicit none(type, external)
   private
 
@@ -167,7 +167,7 @@ contains
         fault = fault_of_integers(left%integers(j), relation, right%integers(i))
       case (KIND_REAL)
         fault = fault_of_reals(left%reals(j), relation, right%reals(i), absolute, relative)
-      case (KIND_TEXT)
+      case default
         fault = fault_of_texts(text_of(left, j), relation, text_of(right, i))
       end select
       if (fault == '') cycle

@@ -15,8 +15,8 @@ module swage_test_failures
     integer :: line = 0
   end type SourceLocation
 
-  integer, save :: n_failure = 0
-  character(len=64), save :: label = ''
+  integer :: n_failure = 0
+  character(len=64) :: label = ''
 
 contains
 
