@@ -10,6 +10,17 @@ module swage_material_law
   private
 
   public :: material_law_t
+  public :: PLASTIC_STATE, ROW_STRAIN, ROW_RATE
+
+  !> History of every law that flows; its rows come first in the table of such a law, so that
+  !> pictures and restarts name them alike.
+  type(state_variable_t), parameter :: PLASTIC_STATE(*) = [ &
+    state_variable_t('equivalent_plastic_strain', '1', lower=0.0_wp), &
+    state_variable_t('equivalent_plastic_strain_rate', '1/time', lower=0.0_wp)]
+
+  !> Rows of `PLASTIC_STATE` in a state array.
+  integer, parameter :: ROW_STRAIN = 1
+  integer, parameter :: ROW_RATE = 2
 
   !> A constitutive law with its parameters; immutable once created, shared by all points.
   type, abstract :: material_law_t
@@ -17,12 +28,16 @@ module swage_material_law
     character(len=32) :: label = ''
     !> 1/κ, the inverse of the bulk modulus [1/stress]; 0 for an incompressible material.
     real(wp) :: inverse_bulk_modulus = 0.0_wp
+    !> True for a law without elasticity: its stress depends on the rate alone, its bubble modulus
+    !> grows as 1/dt, and `reference_modulus` is an estimate for a strain step of 1 %.
+    logical :: fluid = .false.
     !> 2G of the unloaded material, or a typical 2η/dt of a fluid [stress], positive: it scales
     !> penalties.
     real(wp) :: reference_modulus = 1.0_wp
     !> θ of a point that has not moved yet: 1 for a law with elasticity, 0 for pure flow.
     real(wp) :: initial_relaxation = 1.0_wp
-    !> Equivalent stress at which a virgin point flows [stress]; 0 where there is none.
+    !> Equivalent stress at which a virgin point flows, a scale [stress]: that of a law that depends
+    !> on the rate is taken at its `reference_rate`; 0 for a law that never flows.
     real(wp) :: initial_flow_stress = 0.0_wp
     !> History variables, in the order of the rows of `state_old`.
     type(state_variable_t), allocatable :: state_table(:)
