@@ -220,7 +220,8 @@ contains
         end if
         comma_allowed = .false.
       case (TOKEN_OPEN_QUOTE)
-        call complain(reader, token%line, start//' = '//clipped(token%text)// &
+        call complain(reader, token%line, start//' = '// &
+                      clipped(reader%source(token%first:token%last))// &
                       ': the quote is not closed on its line', status)
         return
       case (TOKEN_EQUALS)
@@ -443,8 +444,8 @@ contains
 
     integer, parameter :: LONGEST = 60
 
-    short = long
-    if (len(long) > LONGEST) short = long(:LONGEST)//'...'
+    short = long(:verify(long, BLANKS, back=.true.))
+    if (len(short) > LONGEST) short = long(:LONGEST)//'...'
 
   end function clipped
 
