@@ -108,7 +108,8 @@ contains
     real(wp), allocatable, intent(out) :: slopes(:)
 
     if (allocated(self%slope)) then
-      allocate (slopes, source=self%slope)
+      ! With the bounds 1 to n, not those of its source
+      allocate (slopes(size(self%slope)), source=self%slope)
     else
       allocate (slopes(1), source=0.0_wp)
     end if

@@ -86,7 +86,8 @@ contains
     call group%finish(status)
     if (status%failed()) return
 
-    if (motion_name /= FIXED) then
+    ! A &motion that takes the reserved name is read too: that refuses it
+    if (motion_name /= FIXED .or. has_motion(deck, FIXED)) then
       call deck%find('motion', motion_name, motion_group, status, from=group, key='motion')
       if (status%failed()) return
       call motion_from_group(motion_group, deck, dimension, motion, status)
@@ -100,6 +101,23 @@ contains
     call rigid_tool_create(group%name, shape, motion, reference_point, tool)
 
   end subroutine tool_from_group
+
+  !> True when a deck has a `&motion` of that name.
+  function has_motion(deck, name) result(has)
+    type(deck_t), intent(in) :: deck
+    character(len=*), intent(in) :: name
+    logical :: has
+
+    type(group_t) :: group
+    integer :: i
+
+    has = .false.
+    do i = 1, deck%count('motion')
+      call deck%get('motion', i, group)
+      has = has .or. group%name == name
+    end do
+
+  end function has_motion
 
   !> Record in `group`, made for explaining, the keys of `&tool` with one kind of shape.
   subroutine explain_tool(shape_name, group)
