@@ -1,6 +1,5 @@
 !> Reading of large text files, line by line and word by word, with messages that name the line.
 module swage_line_reader
-  use, intrinsic :: iso_fortran_env, only: iostat_end, iostat_eor
   use swage_kinds, only: gp, wp
   use swage_status, only: status_t, STATUS_ERROR
   use swage_text, only: text
@@ -9,19 +8,27 @@ module swage_line_reader
 
   public :: line_reader_t
 
-  !> Longest part of a line that is looked at.
-  integer, parameter :: LINE_LENGTH = 4096
+  !> Characters read at once, and so the longest line.
+  integer, parameter :: BLOCK_LENGTH = 2**20
 
   !> An open text file and a place in it. Owns a unit: call `close`; do not copy.
   type :: line_reader_t
     private
     integer :: unit = -1
     integer :: exit_code = 0
-    integer :: line_number = 0
-    integer :: length = 0
-    integer :: position = 1
-    character(len=LINE_LENGTH) :: buffer = ''
     character(len=:), allocatable :: path
+    !> Part of the file that is in memory: `buffer(:n_filled)`.
+    character(len=:), allocatable :: buffer
+    integer :: n_filled = 0
+    !> Characters of the file that are not in memory yet.
+    integer(gp) :: n_left = 0_gp
+    integer :: line_number = 0
+    !> Last character of the current line in the buffer, without the end of the line.
+    integer :: last_of_line = 0
+    !> First character of the current line that has not been taken.
+    integer :: position = 1
+    !> First character of the next line.
+    integer :: next_line = 1
   contains
     !> Open a file for reading.
     procedure, public :: open => reader_open
@@ -29,7 +36,7 @@ module swage_line_reader
     procedure, public :: next => reader_next
     !> Go to the next line, which must exist.
     procedure, public :: advance => reader_advance
-    !> The current line without the blanks around it.
+    !> The part of the current line that has not been taken, without the blanks around it.
     procedure, public :: line => reader_line
     !> Read the next word of the line, which must be an integer.
     procedure, public :: take_integer => reader_take_integer
@@ -42,6 +49,7 @@ module swage_line_reader
     !> Release the unit. Harmless when nothing is open.
     procedure, public :: close => reader_close
     procedure, private :: find_word
+    procedure, private :: fill => reader_fill
   end type line_reader_t
 
 contains
@@ -61,12 +69,19 @@ contains
     self%path = path
     self%exit_code = exit_code
     self%line_number = 0
-    open (newunit=self%unit, file=path, action='read', status='old', form='formatted', &
-          iostat=code, iomsg=reason)
+    self%n_filled = 0
+    self%last_of_line = 0
+    self%position = 1
+    self%next_line = 1
+    open (newunit=self%unit, file=path, action='read', status='old', form='unformatted', &
+          access='stream', iostat=code, iomsg=reason)
     if (code /= 0) then
       self%unit = -1
       call status%raise(STATUS_ERROR, 'line_reader_open', path // ': ' // trim(reason), exit_code)
+      return
     end if
+    inquire (unit=self%unit, size=self%n_left)
+    if (.not. allocated(self%buffer)) allocate (character(len=BLOCK_LENGTH) :: self%buffer)
 
   end subroutine reader_open
 
@@ -76,23 +91,28 @@ contains
     !> `STATUS_ERROR` when the file cannot be read.
     type(status_t), intent(inout) :: status
 
-    character(len=256) :: reason
-    integer :: code
+    integer :: length
 
     found = .false.
     if (status%failed()) return
-    self%position = 1
-    self%length = 0
-    read (self%unit, '(a)', advance='no', size=self%length, iostat=code, iomsg=reason) self%buffer
-    if (code == iostat_end) return
-    self%line_number = self%line_number + 1
-    ! A full buffer leaves the record open: the rest of a line that long is not needed.
-    if (code == 0) read (self%unit, '(a)', iostat=code, iomsg=reason)
-    if (code /= 0 .and. code /= iostat_eor) then
-      call self%fail(trim(reason), status)
-      return
+    self%position = self%next_line
+    length = index(self%buffer(self%position:self%n_filled), new_line('a'))
+    if (length == 0 .and. self%n_left > 0_gp) then
+      call self%fill(status)
+      if (status%failed()) return
+      length = index(self%buffer(self%position:self%n_filled), new_line('a'))
+      if (length == 0 .and. self%n_left > 0_gp) then
+        self%line_number = self%line_number + 1
+        call self%fail('the line is longer than ' // text(BLOCK_LENGTH) // ' characters', status)
+        return
+      end if
     end if
-    found = .true.
+    ! The last line may lack its end.
+    self%last_of_line = self%position + length - 2
+    if (length == 0) self%last_of_line = self%n_filled
+    self%next_line = self%last_of_line + 2
+    found = length > 0 .or. self%last_of_line >= self%position
+    if (found) self%line_number = self%line_number + 1
 
   end subroutine reader_next
 
@@ -113,9 +133,44 @@ contains
     class(line_reader_t), intent(in) :: self
     character(len=:), allocatable :: line
 
-    line = trim(adjustl(self%buffer(:self%length)))
+    integer :: first, last
+
+    first = self%position
+    last = self%last_of_line
+    do while (first <= last)
+      if (.not. is_blank(self%buffer(first:first))) exit
+      first = first + 1
+    end do
+    do while (last >= first)
+      if (.not. is_blank(self%buffer(last:last))) exit
+      last = last - 1
+    end do
+    line = self%buffer(first:last)
 
   end function reader_line
+
+  !> Move what has not been read to the front of the buffer and fill the rest from the file.
+  subroutine reader_fill(self, status)
+    class(line_reader_t), intent(inout) :: self
+    !> `STATUS_ERROR` when the file cannot be read.
+    type(status_t), intent(inout) :: status
+
+    character(len=256) :: reason
+    integer :: code, n_kept, n_new
+
+    n_kept = self%n_filled - self%position + 1
+    self%buffer(:n_kept) = self%buffer(self%position:self%n_filled)
+    n_new = int(min(int(len(self%buffer) - n_kept, gp), self%n_left))
+    read (self%unit, iostat=code, iomsg=reason) self%buffer(n_kept + 1:n_kept + n_new)
+    if (code /= 0) then
+      call self%fail(trim(reason), status)
+      return
+    end if
+    self%position = 1
+    self%n_filled = n_kept + n_new
+    self%n_left = self%n_left - int(n_new, gp)
+
+  end subroutine reader_fill
 
   !> Bounds of the next word; empty (last < first) at the end of the line.
   pure subroutine find_word(self, first, last)
@@ -124,12 +179,12 @@ contains
     integer, intent(out) :: last
 
     first = self%position
-    do while (first <= self%length)
+    do while (first <= self%last_of_line)
       if (.not. is_blank(self%buffer(first:first))) exit
       first = first + 1
     end do
     last = first
-    do while (last <= self%length)
+    do while (last <= self%last_of_line)
       if (is_blank(self%buffer(last:last))) exit
       last = last + 1
     end do
@@ -187,8 +242,9 @@ contains
     code = 1
     ! The characters are checked first: a formatted read also takes blanks, Inf and NaN.
     if (first <= last) then
-      if (verify(self%buffer(first:last), '0123456789+-.eEdD') == 0) &
+      if (verify(self%buffer(first:last), '0123456789+-.eEdD') == 0) then
         read (self%buffer(first:last), '(f64.0)', iostat=code) value
+      end if
     end if
     if (code == 0) then
       if (abs(value) > huge(value)) code = 1
@@ -212,8 +268,8 @@ contains
 
     value = ''
     if (status%failed()) return
-    first = index(self%buffer(self%position:self%length), '"')
-    last = index(self%buffer(self%position:self%length), '"', back=.true.)
+    first = index(self%buffer(self%position:self%last_of_line), '"')
+    last = index(self%buffer(self%position:self%last_of_line), '"', back=.true.)
     if (last <= first) then
       call self%fail('a text between double quotes is expected', status)
       return

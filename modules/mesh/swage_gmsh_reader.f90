@@ -70,12 +70,15 @@ contains
       call read_section(reading, source, status)
       if (status%failed()) exit
     end do
-    if (reading%format == FORMAT_UNKNOWN) &
+    if (reading%format == FORMAT_UNKNOWN) then
       call reading%reader%fail('this is not a Gmsh mesh: it has no section $MeshFormat', status)
-    if (.not. reading%has_nodes) &
+    end if
+    if (.not. reading%has_nodes) then
       call reading%reader%fail('the file has no section $Nodes', status)
-    if (.not. reading%has_elements) &
+    end if
+    if (.not. reading%has_elements) then
       call reading%reader%fail('the file has no section $Elements', status)
+    end if
     call reading%reader%close()
 
   end subroutine read_gmsh
@@ -115,6 +118,8 @@ contains
     case ('$Elements')
       if (reading%has_elements) call reading%reader%fail('a second section $Elements', status)
       call read_elements(reading, source, status)
+    case default
+      ! Other sections, as $Periodic, say nothing that is needed.
     end select
     call skip_to_end(reading%reader, '$End' // section(2:), section, status)
 
@@ -167,8 +172,9 @@ contains
       call reading%reader%fail('format ' // line(:index(line // ' ', ' ') - 1) // &
                                ' is not understood, 2.2 and 4.1 are' // REMEDY, status)
     end if
-    if (kind_of_file /= 0_gp) &
+    if (kind_of_file /= 0_gp) then
       call reading%reader%fail('the file is binary, a text file is expected' // REMEDY, status)
+    end if
 
   end subroutine read_format
 
@@ -249,8 +255,9 @@ contains
         allocate (groups(n_group))
         do j = 1, int(n_group)
           call reading%reader%take_integer(tag, status)
-          if (abs(tag) > huge(1)) &
+          if (abs(tag) > huge(1)) then
             call reading%reader%fail('the number of a physical group is too large', status)
+          end if
           if (status%failed()) return
           ! A negative number turns the entity around, which does not matter here.
           call source%need_group(d, int(abs(tag)), groups(j))
@@ -354,8 +361,9 @@ contains
       end do
       first = first + int(n)
     end do
-    if (first <= source%n_node) &
+    if (first <= source%n_node) then
       call reader%fail('the blocks have fewer nodes than the section announces', status)
+    end if
 
   end subroutine read_node_blocks
 
@@ -413,8 +421,9 @@ contains
       call find_dimension(reading%reader, kind_of_element, tag, d, status)
       group = 0_gp
       if (n_tag > 0_gp) call reading%reader%take_integer(group, status)
-      if (abs(group) > huge(1)) &
+      if (abs(group) > huge(1)) then
         call reading%reader%fail('the number of a physical group is too large', status)
+      end if
       do i = 2, int(min(n_tag, 64_gp))
         call reading%reader%take_integer(skipped, status)
       end do
@@ -625,8 +634,9 @@ contains
 
     place = 0
     if (allocated(self%table)) then
-      if (tag >= self%lowest .and. tag - self%lowest < size(self%table, kind=gp)) &
+      if (tag >= self%lowest .and. tag - self%lowest < size(self%table, kind=gp)) then
         place = self%table(tag - self%lowest + 1_gp)
+      end if
     else if (allocated(self%sorted)) then
       place = find_sorted(self%sorted, tag)
       if (place > 0) place = self%place(place)

@@ -144,8 +144,9 @@ contains
     do i = 1, size(self%groups)
       if (i > 1) sentence = sentence // ','
       sentence = sentence // ' ' // text(self%groups(i)%tag)
-      if (self%groups(i)%name /= '') &
+      if (self%groups(i)%name /= '') then
         sentence = sentence // ' ''' // trim(self%groups(i)%name) // ''''
+      end if
       sentence = sentence // ' (' // entities(self%groups(i)%dimension)
       if (self%groups(i)%n_entity_global == 0_gp) sentence = sentence // ', empty'
       sentence = sentence // ')'

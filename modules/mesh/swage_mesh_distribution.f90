@@ -105,8 +105,9 @@ contains
       end if
       call take_positions(coordinates, source)
       call take_elements(cell_node, cell_group, dimension, source, status)
-      if (present(facet_node) .and. present(facet_group)) &
+      if (present(facet_node) .and. present(facet_group)) then
         call take_elements(facet_node, facet_group, dimension - 1, source, status)
+      end if
     end if
     call distribute(source, dimension, 1.0_wp, comm, mesh, status)
 

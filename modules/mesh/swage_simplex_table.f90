@@ -106,24 +106,29 @@ contains
 
   end function ascending
 
-  !> Chain of a key: products with odd constants, of which the middle bits are used.
+  !> Chain of a key: near those of the neighbouring nodes, because meshes are read place by place
+  !> and memory is fast where it has just been used; but wide enough for a node with many cells.
   pure function chain_of(key, n_chain) result(chain)
+    !> Ascending.
     integer, intent(in) :: key(:)
     !> A power of two.
     integer, intent(in) :: n_chain
     integer :: chain
 
+    !> Chains from one lowest node to the next, and those that one lowest node may use.
+    integer(gp), parameter :: STRIDE = 16_gp, WINDOW = 256_gp
     integer(gp), parameter :: FACTOR = 40503_gp
     integer(gp), parameter :: MASK = 2_gp**44 - 1_gp
     integer(gp) :: hash
     integer :: i
 
     hash = 0_gp
-    do i = 1, size(key)
+    do i = 2, size(key)
       ! Masked to 44 bits, so that the product stays below 2^63.
-      hash = iand(ieor(hash, ishft(hash, -17)) * FACTOR + int(key(i), gp) * 2654435_gp, MASK)
+      hash = iand((hash + int(key(i), gp)) * FACTOR, MASK)
+      hash = ieor(hash, ishft(hash, -13))
     end do
-    chain = int(iand(ieor(hash, ishft(hash, -23)), int(n_chain - 1, gp)))
+    chain = int(iand(STRIDE * int(key(1), gp) + modulo(hash, WINDOW), int(n_chain - 1, gp)))
 
   end function chain_of
 

@@ -338,8 +338,9 @@ contains
     allocate (whole%cell_group(n_cell))
     do i = 1, n_cell
       whole%cell_group(i) = 0
-      if (whole%group_of_cell%first(i + 1) > whole%group_of_cell%first(i)) &
+      if (whole%group_of_cell%first(i + 1) > whole%group_of_cell%first(i)) then
         whole%cell_group(i) = whole%group_of_cell%item(whole%group_of_cell%first(i))
+      end if
     end do
 
   end subroutine relate_cells

@@ -26,12 +26,13 @@ module swage_partition
       import :: c_int, c_int32_t, c_ptr
       implicit none(type, external)
       integer(c_int32_t), intent(in) :: n_cell, n_node
-      integer(c_int32_t), intent(in) :: first(*), node(*)
+      integer(c_int32_t), intent(in) :: first(n_cell + 1)
+      integer(c_int32_t), intent(in) :: node(first(n_cell + 1))
       type(c_ptr), value :: weight, volume
       integer(c_int32_t), intent(in) :: n_common, n_part
       type(c_ptr), value :: shares, options
       integer(c_int32_t), intent(out) :: cut
-      integer(c_int32_t), intent(out) :: part_of_cell(*), part_of_node(*)
+      integer(c_int32_t), intent(out) :: part_of_cell(n_cell), part_of_node(n_node)
       integer(c_int) :: code
     end function metis_part_mesh_dual
 
@@ -41,9 +42,10 @@ module swage_partition
       import :: c_int, c_int32_t, c_ptr
       implicit none(type, external)
       integer(c_int32_t), intent(in) :: n_vertex
-      integer(c_int32_t), intent(in) :: first(*), neighbour(*)
+      integer(c_int32_t), intent(in) :: first(n_vertex + 1)
+      integer(c_int32_t), intent(in) :: neighbour(first(n_vertex + 1))
       type(c_ptr), value :: weight, options
-      integer(c_int32_t), intent(out) :: old_of_new(*), new_of_old(*)
+      integer(c_int32_t), intent(out) :: old_of_new(n_vertex), new_of_old(n_vertex)
       integer(c_int) :: code
     end function metis_node_nd
 
