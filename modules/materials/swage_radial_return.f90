@@ -34,8 +34,14 @@ module swage_radial_return
   !> From here on every second iteration is a bisection.
   integer, parameter :: PATIENCE = 15
 
-  !> Relative change of the increment below which it is found.
-  real(wp), parameter :: TOLERANCE = 1.0e-14_wp
+  !> The increment is found when its relative change and the residual over the trial stress are
+  !> below these. Either alone deceives: near \(q = 0\) the overstress of equation 3 is so steep
+  !> that a step moves nothing.
+  real(wp), parameter :: STEP_TOLERANCE = 1.0e-14_wp
+  real(wp), parameter :: RESIDUAL_TOLERANCE = 1.0e-12_wp
+
+  !> Ratio of the ends of a bracket beyond which it is cut by logarithms.
+  real(wp), parameter :: DECADES = 10.0_wp
 
   !> Least θ of the bubble, so that its modulus stays positive.
   real(wp), parameter :: LEAST_RELAXATION = 1.0e-6_wp
@@ -150,7 +156,7 @@ contains
   !>
   !> The overstress is steep at rest and flat later, so the search starts on the steep side, from
   !> where Newton's method climbs without overshooting. A step out of the bracket, or impatience,
-  !> is replaced by a bisection, of the exponent while the bracket spans decades.
+  !> is replaced by a bisection.
   pure subroutine find_increment(self, trial, strain_old, temperature, dt, back)
     class(radial_return_law_t), intent(in) :: self
     !> \(q^{tr}\), above the threshold at `strain_old` [stress].
@@ -210,21 +216,45 @@ contains
         next = x + residual / (back%resistance * (1.0_wp - by_stress))
         ! The end of the bracket is the root of perfect plasticity, and rounding may pass it
         if (next > high .and. next <= high * (1.0_wp + 1.0e-12_wp)) next = high
+        if (abs(next - x) <= STEP_TOLERANCE * x .and. &
+            abs(residual) <= RESIDUAL_TOLERANCE * trial) then
+          back%increment = next
+          back%found = .true.
+          return
+        end if
       end if
-      if (abs(next - x) <= TOLERANCE * x .and. back%resistance > 0.0_wp) then
-        back%increment = next
-        back%found = .true.
-        return
-      end if
-      if (.not. (next > low .and. next <= high) .or. back%resistance <= 0.0_wp .or. &
+      if (back%resistance <= 0.0_wp .or. .not. (next > low .and. next <= high) .or. &
+          abs(next - x) <= STEP_TOLERANCE * x .or. &
           (iteration > PATIENCE .and. mod(iteration, 2) == 0)) then
-        next = 0.5_wp * (low + high)
-        if (low > 0.0_wp .and. high > 4.0_wp * low) next = sqrt(low) * sqrt(high)
+        next = middle(low, high, trial / stiffness)
       end if
       x = next
 
     end do
 
   end subroutine find_increment
+
+  !> A point between two increments: in the middle of their logarithms while they are decades apart,
+  !> or else of those of the elastic strains left, \(x_{end} - x\), or else of themselves.
+  pure function middle(low, high, whole) result(x)
+    real(wp), intent(in) :: low
+    real(wp), intent(in) :: high
+    !> \(x_{end}\), the increment that leaves no stress.
+    real(wp), intent(in) :: whole
+    real(wp) :: x
+
+    real(wp) :: rest_high, rest_low
+
+    rest_low = whole - low
+    rest_high = max(whole - high, epsilon(1.0_wp) * whole)
+    if (low > 0.0_wp .and. high > DECADES * low) then
+      x = sqrt(low) * sqrt(high)
+    else if (rest_low > DECADES * rest_high) then
+      x = whole - sqrt(rest_low) * sqrt(rest_high)
+    else
+      x = 0.5_wp * (low + high)
+    end if
+
+  end function middle
 
 end module swage_radial_return

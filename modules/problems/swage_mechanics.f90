@@ -1,0 +1,1013 @@
+!> Quasi-static deformation of bodies on one mesh, in contact with rigid tools.
+!>
+!> The unknowns of a step are the displacement increments and the pressures at its end; the
+!> residual is internal minus external force, then the volume equation. What belongs to the end of
+!> the step is kept apart from what belongs to its start until `accept_step`, so a rejected step
+!> leaves no trace.
+module swage_mechanics
+  use swage_block_matrix, only: block_matrix_t
+  use swage_boundary, only: boundary_t, BOUNDARY_MOTION, BOUNDARY_PRESSURE, BOUNDARY_SYMMETRY, &
+                            BOUNDARY_TRACTION
+  use swage_comm, only: comm_t
+  use swage_constraints, only: constraints_t
+  use swage_deck, only: deck_t
+  use swage_field_list, only: field_list_t
+  use swage_kinds, only: gp, wp
+  use swage_linear_solver, only: linear_solver_t
+  use swage_material_law, only: material_law_t
+  use swage_mesh, only: mesh_t
+  use swage_mini_element, only: AXISYMMETRIC, mini_batch_t, THREE_DIMENSIONAL
+  use swage_newton, only: newton_problem_t
+  use swage_point_batch, only: point_batch_t
+  use swage_rigid_tool, only: rigid_tool_t
+  use swage_status, only: EXIT_CONVERGENCE, status_t, STATUS_ERROR, STATUS_RETRY
+  use swage_text, only: text
+  use swage_tool_contact, only: facet_normal, tool_contact_t
+  use swage_unknowns, only: unknowns_t
+  implicit none(type, external)
+  private
+
+  public :: mechanics_t, mechanics_settings_t, mechanics_create, mechanics_explain
+  public :: material_entry_t, body_entry_t
+
+  !> Cells evaluated together.
+  integer, parameter :: BATCH_SIZE = 128
+  !> Smallest θ of the bubble: perfect plasticity would make its compliance infinite.
+  real(wp), parameter :: MINIMUM_RELAXATION = 1.0e-3_wp
+  !> Newton iterations of the first step during which the bubble of a fluid follows its viscosity.
+  integer, parameter :: FREE_ITERATIONS = 4
+  !> Forces below this share of the cells' own are noise: the least reference of the equilibrium.
+  real(wp), parameter :: FORCE_FLOOR = 1.0e-4_wp
+  !> Prescribed motion still to be imposed counts as none below this share of the mesh's cell size.
+  real(wp), parameter :: IMPOSED = 1.0e-13_wp
+  real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
+
+  !> Numbers of the method.
+  type :: mechanics_settings_t
+    !> `PLANE_STRAIN`, `AXISYMMETRIC` or `THREE_DIMENSIONAL`.
+    integer :: kind = THREE_DIMENSIONAL
+    !> True when coordinates never move (small strain).
+    logical :: fixed_geometry = .false.
+    !> Factorise the symmetric part of the tangent.
+    logical :: symmetric = .false.
+    !> Factor on the bubble's stabilising block [1].
+    real(wp) :: bubble_factor = 1.0_wp
+    !> Grad-div modulus by the flow stress [1].
+    real(wp) :: grad_div = 1.0_wp
+    !> Kelvin [temperature].
+    real(wp) :: initial_temperature = 293.15_wp
+  end type mechanics_settings_t
+
+  !> A law with the name of its group.
+  type :: material_entry_t
+    character(len=:), allocatable :: name
+    class(material_law_t), allocatable :: law
+  end type material_entry_t
+
+  !> A body: the cells of a group, made of a material.
+  type :: body_entry_t
+    character(len=:), allocatable :: name
+    integer :: material = 0
+    !> Group of the mesh.
+    integer :: group = 0
+  end type body_entry_t
+
+  !> Consecutive cells of `cell_order` that share a material.
+  type :: cell_range_t
+    integer :: first = 0
+    integer :: last = 0
+    integer :: material = 0
+  end type cell_range_t
+
+  !> A boundary with its place in the mesh.
+  type :: boundary_place_t
+    type(boundary_t) :: boundary
+    !> Local nodes and boundary facets.
+    integer, allocatable :: node(:), facet(:)
+    !> Of a symmetry plane.
+    real(wp) :: normal(3) = 0.0_wp
+    !> Nodal force of a unit traction: areas [length^2]; shape (n_node of the mesh).
+    real(wp), allocatable :: area(:)
+  end type boundary_place_t
+
+  type, extends(newton_problem_t) :: mechanics_t
+    type(comm_t) :: comm
+    type(mechanics_settings_t) :: settings
+    !> Name of the unit system.
+    character(len=:), allocatable :: units
+    !> Coordinates are those of the start of the step.
+    type(mesh_t) :: mesh
+    type(unknowns_t) :: unknowns
+    type(material_entry_t), allocatable :: materials(:)
+    type(body_entry_t), allocatable :: bodies(:)
+    type(boundary_place_t), allocatable :: boundaries(:)
+    type(rigid_tool_t), allocatable :: tools(:)
+    type(tool_contact_t), allocatable :: contacts(:)
+    !> Place in `materials` and `bodies`; shape (n_cell).
+    integer, allocatable :: material_of_cell(:), body_of_cell(:)
+
+    !> Time of the start and end of the step [time].
+    real(wp) :: time = 0.0_wp
+    real(wp) :: time_new = 0.0_wp
+    !> Length of the last accepted step [time], 0 before the first.
+    real(wp) :: dt_last = 0.0_wp
+
+    ! Nodes
+
+    !> Positions before the first step [length]; shape (n_dim, n_node).
+    real(wp), allocatable :: initial_coordinates(:, :)
+    !> Displacement increments of the step and of the last one [length]; shape (n_dim, n_node).
+    real(wp), allocatable :: increment(:, :), increment_last(:, :)
+    !> Pressures of the end, the start and the start of the last step [stress]; shape (n_node).
+    real(wp), allocatable :: pressure_new(:), pressure(:), pressure_last(:)
+    !> Displacement since the start of the run [length]; shape (n_dim, n_node).
+    real(wp), allocatable :: displacement(:, :)
+    !> Kelvin [temperature]; shape (n_node).
+    real(wp), allocatable :: temperature(:)
+
+    ! Cells
+
+    !> Deviator at the start and end of the step, Mandel [stress]; shape (6, n_cell).
+    real(wp), allocatable :: deviator(:, :), deviator_new(:, :)
+    !> ln(V/V0) likewise [1]; shape (n_cell).
+    real(wp), allocatable :: log_volume(:), log_volume_new(:)
+    !> Volume at the end, and before the first step [length^3]; shape (n_cell).
+    real(wp), allocatable :: volume_new(:), initial_volume(:)
+    !> History at both ends; shape (n_state, n_cell).
+    real(wp), allocatable :: state(:, :), state_new(:, :)
+    !> Mean stress at the end, grad-div included [stress]; shape (n_cell).
+    real(wp), allocatable :: mean_stress(:)
+    !> Frozen over the step: 2µ and θ of the bubble, flow stress; shape (n_cell).
+    real(wp), allocatable :: bubble_modulus(:), relaxation(:), flow_stress(:)
+    !> What the law says at the end of the step; shape (n_cell).
+    real(wp), allocatable :: bubble_modulus_new(:), relaxation_new(:), flow_stress_new(:)
+    !> Elastic energy and dissipated work of the step, per cell [energy]; shape (n_cell).
+    real(wp), allocatable :: elastic_energy(:), plastic_work(:)
+    !> Cells in the order of their batches, and the batches.
+    integer, allocatable :: cell_order(:)
+    type(cell_range_t), allocatable :: batches(:)
+    type(mini_batch_t) :: element
+    type(point_batch_t) :: points
+
+    ! Equations
+
+    type(constraints_t) :: constraints
+    type(block_matrix_t) :: matrix
+    class(linear_solver_t), allocatable :: solver
+    !> Internal minus external forces, then the volume equation; shape (n_dim + 1, n_node).
+    real(wp), allocatable :: residual(:, :)
+    !> The last correction, and the unknowns it starts from; shape (n_dim + 1, n_node).
+    real(wp), allocatable :: correction(:, :), base(:, :)
+    !> Sizes that errors are relative to: a force, a nodal volume.
+    real(wp) :: force_scale = 0.0_wp
+    real(wp) :: volume_scale = 0.0_wp
+    !> Evaluations of this step, and of the run.
+    integer :: n_evaluation = 0
+    !> Mean cell size of the mesh [length].
+    real(wp) :: cell_size = 0.0_wp
+    !> Slip rate of the regularisation of friction, where a law has none of its own [length/time].
+    real(wp) :: slip_rate = 0.0_wp
+    !> Shortest step that a law recommends [time].
+    real(wp) :: recommended_step = huge(1.0_wp)
+    !> Where the equilibrium error is largest, for messages.
+    character(len=:), allocatable :: worst
+    !> Lines for the log.
+    character(len=:), allocatable :: notes
+    !> Work of tools, boundaries and loads, of friction, dissipated [energy].
+    real(wp) :: external_work = 0.0_wp
+    real(wp) :: friction_work = 0.0_wp
+    real(wp) :: total_plastic_work = 0.0_wp
+    !> Power-conjugate forces at the last accepted step: tools (6), boundaries (3); see history.
+    real(wp), allocatable :: tool_force(:, :), reaction(:, :), load_force(:, :)
+    !> CPU time in assembly, factorisation and solution, contact [s].
+    real(wp) :: cpu_assembly = 0.0_wp
+    real(wp) :: cpu_solver = 0.0_wp
+  contains
+    procedure :: evaluate => mechanics_evaluate
+    procedure :: correct => mechanics_correct
+    procedure :: move => mechanics_move
+    procedure :: describe_worst => mechanics_describe_worst
+    !> Collective. Prepare a step: motion to impose, areas of contact, first guess.
+    procedure :: begin_step => mechanics_begin_step
+    !> Collective. Make the end of the step the start of the next.
+    procedure :: accept_step => mechanics_accept_step
+    !> Forget the step.
+    procedure :: reject_step => mechanics_reject_step
+    !> Next kink of a motion or load.
+    procedure :: next_event => mechanics_next_event
+    !> True when the rate of the last step tells nothing about the next.
+    procedure :: changes_course => mechanics_changes_course
+    !> Longest step that the laws recommend.
+    procedure :: suggested_time_step => mechanics_suggested_time_step
+    !> Names and dimensions of what [[mechanics_t:history_values]] returns.
+    procedure :: history_columns => mechanics_history_columns
+    !> Collective. Forces, motion, contact, mass error and energies at the last accepted step.
+    procedure :: history_values => mechanics_history_values
+    !> Collective. Fields at the last accepted step.
+    procedure :: collect_fields => mechanics_collect_fields
+    !> The tools as they stand, for pictures.
+    procedure :: tool_surface => mechanics_tool_surface
+    !> Collective. What was read and built, for the log.
+    procedure :: summary => mechanics_summary
+    !> Lines for the log since the last call.
+    procedure :: take_report => mechanics_take_report
+    !> Release the factors.
+    procedure :: finish => mechanics_finish
+  end type mechanics_t
+
+  interface
+    !> Collective. Read bodies, materials, boundaries, tools and contacts from the deck, check them
+    !> against the mesh, and build the equations.
+    module subroutine mechanics_create(comm, deck, units, mesh, settings, mechanics, status)
+      type(comm_t), intent(in) :: comm
+      type(deck_t), intent(in) :: deck
+      !> Name of the unit system.
+      character(len=*), intent(in) :: units
+      !> Moved into `mechanics`: empty afterwards.
+      type(mesh_t), intent(inout) :: mesh
+      type(mechanics_settings_t), intent(in) :: settings
+      type(mechanics_t), intent(inout) :: mechanics
+      !> `STATUS_ERROR`, the same on all ranks.
+      type(status_t), intent(inout) :: status
+    end subroutine mechanics_create
+
+    !> Record the keys of `&body`, `&boundary` or `&contact` in a group made for explaining.
+    module subroutine mechanics_explain(kind, group)
+      use swage_group, only: group_t
+      character(len=*), intent(in) :: kind
+      type(group_t), intent(inout) :: group
+    end subroutine mechanics_explain
+
+    !> Collective. The linear solver, made when it is first needed.
+    module subroutine create_solver(self, status)
+      type(mechanics_t), intent(inout) :: self
+      type(status_t), intent(inout) :: status
+    end subroutine create_solver
+
+    module subroutine mechanics_history_columns(self, names, dimensions)
+      class(mechanics_t), intent(in) :: self
+      character(len=64), allocatable, intent(out) :: names(:)
+      character(len=64), allocatable, intent(out) :: dimensions(:)
+    end subroutine mechanics_history_columns
+
+    module subroutine mechanics_history_values(self, values)
+      class(mechanics_t), intent(in) :: self
+      real(wp), allocatable, intent(out) :: values(:)
+    end subroutine mechanics_history_values
+
+    module subroutine mechanics_collect_fields(self, fields)
+      class(mechanics_t), intent(in) :: self
+      type(field_list_t), intent(out) :: fields
+    end subroutine mechanics_collect_fields
+
+    module subroutine mechanics_tool_surface(self, points, connectivity, offsets, types)
+      class(mechanics_t), intent(in) :: self
+      !> Shape (3, n_point).
+      real(wp), allocatable, intent(out) :: points(:, :)
+      !> Points of all cells, from 0.
+      integer(gp), allocatable, intent(out) :: connectivity(:)
+      !> Where each cell starts in `connectivity`, and the end.
+      integer(gp), allocatable, intent(out) :: offsets(:)
+      !> VTK cell types.
+      integer, allocatable, intent(out) :: types(:)
+    end subroutine mechanics_tool_surface
+
+    module subroutine mechanics_summary(self, text)
+      class(mechanics_t), intent(in) :: self
+      character(len=:), allocatable, intent(out) :: text
+    end subroutine mechanics_summary
+  end interface
+
+contains
+
+  subroutine mechanics_begin_step(self, time_old, time_new, extrapolate, status)
+    class(mechanics_t), intent(inout) :: self
+    real(wp), intent(in) :: time_old
+    real(wp), intent(in) :: time_new
+    !> Start from the rate of the last step; else from rest.
+    logical, intent(in) :: extrapolate
+    !> `STATUS_ERROR` when boundaries contradict each other at a node.
+    type(status_t), intent(inout) :: status
+
+    real(wp), allocatable :: area(:, :), flow_stress(:, :)
+    type(rigid_tool_t) :: tool_old
+    integer :: i
+
+    self%time = time_old
+    self%time_new = time_new
+    self%n_evaluation = 0
+    call prescribe_motion(self, status)
+    call self%comm%agree(status)
+    if (status%failed()) return
+
+    if (extrapolate .and. self%dt_last > 0.0_wp) then
+      self%increment = self%increment_last * ((time_new - time_old) / self%dt_last)
+      self%pressure_new = self%pressure &
+        + (self%pressure - self%pressure_last) * ((time_new - time_old) / self%dt_last)
+    else
+      self%increment = 0.0_wp
+      self%pressure_new = self%pressure
+    end if
+
+    allocate (area(1, self%mesh%n_node))
+    if (size(self%contacts) > 0) call nodal_flow_stress(self, flow_stress)
+    do i = 1, size(self%contacts)
+      associate (contact => self%contacts(i), tool => self%tools(self%contacts(i)%tool))
+        tool_old = tool
+        call tool_old%begin_step(time_old, time_old)
+        call tool%begin_step(time_old, time_new)
+        call contact%gather_areas(tool, self%settings%kind == AXISYMMETRIC, &
+                                  self%mesh%facet_node, self%mesh%coordinates, area)
+        call self%mesh%halo%accumulate(area)
+        call contact%begin_step(tool_old, self%mesh%coordinates, area(1, :), flow_stress(1, :))
+      end associate
+    end do
+
+  end subroutine mechanics_begin_step
+
+  !> Directions and increments that the boundaries impose in this step.
+  subroutine prescribe_motion(self, status)
+    class(mechanics_t), intent(inout) :: self
+    type(status_t), intent(inout) :: status
+
+    real(wp) :: direction(3), motion(3)
+    integer :: i, j, k, n
+
+    n = self%mesh%dimension
+    call self%constraints%reset(n, self%mesh%n_node)
+    if (self%settings%kind == AXISYMMETRIC) then
+      ! The axis stays the axis
+      direction = [1.0_wp, 0.0_wp, 0.0_wp]
+      do j = 1, self%mesh%n_node
+        if (abs(self%mesh%coordinates(1, j)) > 1.0e-12_wp * self%cell_size) cycle
+        call self%constraints%add(j, direction(:n), 0.0_wp)
+      end do
+    end if
+    do i = 1, size(self%boundaries)
+      associate (place => self%boundaries(i), boundary => self%boundaries(i)%boundary)
+        select case (boundary%kind)
+        case (BOUNDARY_SYMMETRY)
+          do j = 1, size(place%node)
+            call self%constraints%add(place%node(j), place%normal(:n), 0.0_wp)
+          end do
+        case (BOUNDARY_MOTION)
+          motion = boundary%displacement_at(self%time_new) - boundary%displacement_at(self%time)
+          do k = 1, n
+            if (.not. boundary%prescribed(k)) cycle
+            direction = 0.0_wp
+            direction(k) = 1.0_wp
+            do j = 1, size(place%node)
+              call self%constraints%add(place%node(j), direction(:n), motion(k))
+            end do
+          end do
+        end select
+      end associate
+    end do
+    call self%constraints%complete()
+    if (self%constraints%contradiction > 0) then
+      associate (node => self%constraints%contradiction)
+        call status%raise(STATUS_ERROR, 'prescribe_motion', 'two &boundary groups prescribe '// &
+                          'different motions of node '// &
+                          text(int(self%mesh%node_tag(node)))//' at time '//text(self%time_new)// &
+                          ': let them agree there, or leave one of the components out')
+      end associate
+    end if
+
+  end subroutine prescribe_motion
+
+  !> Volume-weighted mean of the flow stress of the cells around each node.
+  subroutine nodal_flow_stress(self, flow_stress)
+    class(mechanics_t), intent(in) :: self
+    !> First row the mean [stress], second the weights; shape (2, n_node).
+    real(wp), allocatable, intent(out) :: flow_stress(:, :)
+
+    integer :: a, cell
+
+    allocate (flow_stress(2, self%mesh%n_node), source=0.0_wp)
+    do cell = 1, self%mesh%n_cell
+      do a = 1, size(self%mesh%cell_node, 1)
+        associate (node => flow_stress(:, self%mesh%cell_node(a, cell)))
+          node(1) = node(1) + self%initial_volume(cell) * self%flow_stress(cell)
+          node(2) = node(2) + self%initial_volume(cell)
+        end associate
+      end do
+    end do
+    call self%mesh%halo%accumulate(flow_stress)
+    flow_stress(1, :) = flow_stress(1, :) / flow_stress(2, :)
+
+  end subroutine nodal_flow_stress
+
+  subroutine mechanics_evaluate(self, status)
+    class(mechanics_t), intent(inout) :: self
+    type(status_t), intent(inout) :: status
+
+    real(wp) :: cpu_end, cpu_start
+    real(wp), allocatable :: moved(:, :), rest(:, :)
+    real(wp) :: cell_forces, largest, strained_volume
+    integer :: i
+
+    call cpu_time(cpu_start)
+    self%n_evaluation = self%n_evaluation + 1
+    self%residual = 0.0_wp
+    call self%matrix%clear()
+    self%recommended_step = huge(1.0_wp)
+    cell_forces = 0.0_wp
+    strained_volume = 0.0_wp
+    do i = 1, size(self%batches)
+      call evaluate_batch(self, self%batches(i), cell_forces, strained_volume, status)
+      if (status%failed()) exit
+    end do
+    call self%comm%agree(status)
+    if (status%failed()) return
+
+    allocate (moved, source=self%mesh%coordinates + self%increment)
+    do i = 1, size(self%contacts)
+      call self%contacts(i)%evaluate(self%tools(self%contacts(i)%tool), self%time_new - self%time, &
+                                     self%slip_rate, self%mesh%coordinates, moved, &
+                                     self%matrix%diagonal, self%residual, self%matrix%values)
+    end do
+    call apply_loads(self, moved)
+    call self%mesh%halo%accumulate(self%residual)
+
+    allocate (rest(self%mesh%dimension + 1, self%mesh%n_node))
+    call self%constraints%pending(self%increment, rest, largest)
+    call self%comm%max(largest)
+    self%has_pending_values = largest > IMPOSED * self%cell_size
+    call measure_errors(self, cell_forces, strained_volume)
+    call cpu_time(cpu_end)
+    self%cpu_assembly = self%cpu_assembly + cpu_end - cpu_start
+
+  end subroutine mechanics_evaluate
+
+  !> Gather a batch, call its law, scatter residual and tangent.
+  subroutine evaluate_batch(self, range, cell_forces, strained_volume, status)
+    class(mechanics_t), intent(inout) :: self
+    type(cell_range_t), intent(in) :: range
+    !> Sum of the squared nodal forces of the cells.
+    real(wp), intent(inout) :: cell_forces
+    !> Sum of volume times equivalent strain increment.
+    real(wp), intent(inout) :: strained_volume
+    type(status_t), intent(inout) :: status
+
+    integer :: a, cell, i, n_failed, n_state
+    logical :: follow
+
+    associate (element => self%element, points => self%points, &
+               law => self%materials(range%material)%law)
+      n_state = law%n_state
+      ! Nothing is known about the viscosity of a fluid before it has moved
+      follow = law%initial_relaxation <= 0.0_wp .and. .not. self%dt_last > 0.0_wp &
+        .and. self%n_evaluation > 1 .and. self%n_evaluation <= FREE_ITERATIONS
+      element%n_cell = range%last - range%first + 1
+      element%inverse_bulk_modulus = law%inverse_bulk_modulus
+      call points%start(element%n_cell)
+      points%dt = self%time_new - self%time
+      points%time = self%time_new
+      do i = 1, element%n_cell
+        cell = self%cell_order(range%first + i - 1)
+        do a = 1, element%n_vertex
+          associate (node => self%mesh%cell_node(a, cell))
+            element%coordinates(:, a, i) = self%mesh%coordinates(:, node)
+            element%displacement(:, a, i) = self%increment(:, node)
+            element%pressure_old(a, i) = self%pressure(node)
+            element%pressure_new(a, i) = self%pressure_new(node)
+          end associate
+        end do
+        element%deviator_old(:, i) = self%deviator(:, cell)
+        element%log_volume_old(i) = self%log_volume(cell)
+        if (follow) self%bubble_modulus(cell) = self%bubble_modulus_new(cell)
+        element%bubble_modulus(i) = self%bubble_modulus(cell)
+        ! 2η/dt of the last step, and of this one
+        if (law%fluid .and. self%dt_last > 0.0_wp) then
+          element%bubble_modulus(i) = self%bubble_modulus(cell) * (self%dt_last / points%dt)
+        end if
+        element%relaxation(i) = self%relaxation(cell)
+        element%grad_div_modulus(i) = self%settings%grad_div * self%flow_stress(cell)
+        points%cell(i) = self%mesh%cell_tag(cell)
+        points%state_old(:n_state, i) = self%state(:n_state, cell)
+        points%temperature_old(i) = sum(self%temperature(self%mesh%cell_node(:, cell))) &
+          / element%n_vertex
+        points%temperature_new(i) = points%temperature_old(i)
+      end do
+
+      call element%start(points)
+      if (element%inverted > 0) then
+        cell = self%cell_order(range%first + element%inverted - 1)
+        call status%raise(STATUS_RETRY, 'evaluate_batch', 'cell '// &
+                          text(int(self%mesh%cell_tag(cell)))//' is inverted'// &
+                          near(self%mesh%coordinates(:, self%mesh%cell_node(1, cell))), &
+                          EXIT_CONVERGENCE)
+        return
+      end if
+      call law%update(points, n_failed)
+      if (n_failed > 0) then
+        call status%raise(STATUS_RETRY, 'evaluate_batch', 'law '//trim(law%label)//' of material '// &
+                          self%materials(range%material)%name//' fails at '//text(n_failed)// &
+                          ' points', EXIT_CONVERGENCE)
+        return
+      end if
+      call element%finish(points, with_tangent=.true.)
+      self%recommended_step = min(self%recommended_step, points%suggested_time_step)
+
+      do i = 1, element%n_cell
+        cell = self%cell_order(range%first + i - 1)
+        do a = 1, element%n_vertex
+          associate (node => self%mesh%cell_node(a, cell))
+            self%residual(:, node) = self%residual(:, node) + element%residual(:, a, i)
+          end associate
+        end do
+        call self%matrix%add_cell(cell, element%tangent(:, :, i))
+        cell_forces = cell_forces + sum(element%residual(:element%n_dim, :, i)**2)
+        strained_volume = strained_volume &
+          + element%volume_new(i) * norm2(points%strain_increment(:, i))
+        self%deviator_new(:, cell) = points%deviatoric_stress(:, i)
+        self%log_volume_new(cell) = element%log_volume_new(i)
+        self%volume_new(cell) = element%volume_new(i)
+        self%mean_stress(cell) = element%mean_stress(i)
+        self%state_new(:n_state, cell) = points%state_new(:n_state, i)
+        self%bubble_modulus_new(cell) = max(points%bubble_modulus(i), &
+                                            MINIMUM_RELAXATION * points%memory_modulus(i))
+        self%relaxation_new(cell) = points%relaxation_factor(i)
+        if (law%initial_relaxation > 0.0_wp) then
+          self%relaxation_new(cell) = max(self%relaxation_new(cell), MINIMUM_RELAXATION)
+        end if
+        self%flow_stress_new(cell) = points%flow_stress(i)
+        self%plastic_work(cell) = points%dissipated_power(i) * points%dt * element%volume_new(i)
+        self%elastic_energy(cell) = 0.0_wp
+        if (points%memory_modulus(i) > 0.0_wp) then
+          self%elastic_energy(cell) = element%volume_new(i) * 0.5_wp &
+            * (dot_product(points%deviatoric_stress(:, i), points%deviatoric_stress(:, i)) &
+               / points%memory_modulus(i) &
+               + law%inverse_bulk_modulus * element%mean_stress(i)**2)
+        end if
+      end do
+    end associate
+
+  end subroutine evaluate_batch
+
+  !> Tractions and pressures of the boundaries.
+  subroutine apply_loads(self, moved)
+    class(mechanics_t), intent(inout) :: self
+    !> Positions at the end of the step.
+    real(wp), intent(in) :: moved(:, :)
+
+    real(wp) :: factor
+    integer :: i, k, n, node
+
+    n = self%mesh%dimension
+    do i = 1, size(self%boundaries)
+      associate (place => self%boundaries(i), boundary => self%boundaries(i)%boundary)
+        self%load_force(:, i) = 0.0_wp
+        select case (boundary%kind)
+        case (BOUNDARY_TRACTION)
+          factor = boundary%factor_at(self%time_new)
+          do k = 1, size(place%node)
+            node = place%node(k)
+            self%residual(:n, node) = self%residual(:n, node) &
+              - factor * boundary%value(:n) * place%area(node)
+            self%load_force(:, i) = self%load_force(:, i) &
+              + factor * boundary%value * place%area(node)
+          end do
+        case (BOUNDARY_PRESSURE)
+          factor = boundary%factor_at(self%time_new) * boundary%pressure
+          do k = 1, size(place%facet)
+            if (self%settings%fixed_geometry) then
+              call press_facet(self, self%mesh%coordinates, place%facet(k), factor, i)
+            else
+              call press_facet(self, moved, place%facet(k), factor, i)
+            end if
+          end do
+        end select
+      end associate
+    end do
+
+  end subroutine apply_loads
+
+  !> Force of a uniform pressure on a facet, and its derivative by the positions.
+  subroutine press_facet(self, x, facet, pressure, boundary)
+    class(mechanics_t), intent(inout) :: self
+    !> Positions [length]; shape (n_dim, n_node).
+    real(wp), intent(in) :: x(:, :)
+    integer, intent(in) :: facet
+    real(wp), intent(in) :: pressure
+    !> Place of the boundary, for the sum of its forces.
+    integer, intent(in) :: boundary
+
+    real(wp) :: change(3), force(3), moved(self%mesh%dimension, self%mesh%dimension), normal(3), &
+      weight(self%mesh%dimension), weight_change(self%mesh%dimension)
+    integer :: a, b, j, n
+    integer(gp) :: k
+
+    n = self%mesh%dimension
+    associate (node => self%mesh%facet_node(:, facet), cell => self%mesh%facet_cell(facet))
+      call facet_normal(x(:, node), normal)
+      weight = share(x(:, node))
+      do a = 1, n
+        force = -pressure * weight(a) * normal
+        self%residual(:n, node(a)) = self%residual(:n, node(a)) - force(:n)
+        self%load_force(:, boundary) = self%load_force(:, boundary) + force
+      end do
+      if (self%settings%fixed_geometry) return
+
+      ! Normal and weights are polynomials of the positions: differences are exact derivatives
+      do b = 1, n
+        do j = 1, n
+          moved = x(:, node)
+          moved(j, b) = moved(j, b) + 0.5_wp * self%cell_size
+          call facet_normal(moved, change)
+          weight_change = share(moved)
+          moved(j, b) = moved(j, b) - self%cell_size
+          call facet_normal(moved, force)
+          change = (change - force) / self%cell_size
+          weight_change = (weight_change - share(moved)) / self%cell_size
+          do a = 1, n
+            k = self%matrix%cell_block(findloc(self%mesh%cell_node(:, cell), node(a), dim=1), &
+                                       findloc(self%mesh%cell_node(:, cell), node(b), dim=1), cell)
+            self%matrix%values(:n, j, k) = self%matrix%values(:n, j, k) &
+              + pressure * (weight(a) * change(:n) + weight_change(a) * normal(:n))
+          end do
+        end do
+      end do
+    end associate
+
+  contains
+
+    !> Part of the facet's vector that each node gets; with the turn in axial symmetry.
+    pure function share(corner) result(part)
+      real(wp), intent(in) :: corner(:, :)
+      real(wp) :: part(size(corner, 2))
+
+      part = 1.0_wp / n
+      if (self%settings%kind == AXISYMMETRIC) then
+        part = TWO_PI / 6.0_wp * (corner(1, :) + sum(corner(1, :)))
+      end if
+
+    end function share
+
+  end subroutine press_facet
+
+  !> Collective. Errors by the size of the forces and volume changes of the step.
+  subroutine measure_errors(self, cell_forces, strained_volume)
+    class(mechanics_t), intent(inout) :: self
+    real(wp), intent(in) :: cell_forces
+    real(wp), intent(in) :: strained_volume
+
+    real(wp), allocatable :: free(:, :)
+    real(wp) :: largest, sums(6)
+    integer :: i, n, node
+
+    n = self%mesh%dimension
+    allocate (free, source=self%residual)
+    call self%constraints%remove_from(free)
+    sums = 0.0_wp
+    largest = -1.0_wp
+    node = 0
+    do i = 1, self%mesh%n_own_node
+      sums(1) = sums(1) + sum(free(:n, i)**2)
+      sums(2) = sums(2) + free(n + 1, i)**2
+      ! Reactions
+      sums(3) = sums(3) + sum((self%residual(:n, i) - free(:n, i))**2)
+      if (sum(free(:n, i)**2) > largest) then
+        largest = sum(free(:n, i)**2)
+        node = i
+      end if
+    end do
+    do i = 1, size(self%contacts)
+      sums(3) = sums(3) + self%contacts(i)%force_square
+    end do
+    do i = 1, size(self%boundaries)
+      sums(3) = sums(3) + sum(self%load_force(:, i)**2) &
+        / max(1, size(self%boundaries(i)%node))
+    end do
+    sums(4) = cell_forces
+    sums(5) = strained_volume
+    sums(6) = sum(self%volume_new)
+    call self%comm%sum(sums)
+
+    self%force_scale = max(sqrt(sums(3)), FORCE_FLOOR * sqrt(sums(4)), tiny(1.0_wp))
+    ! A part in 10^9 of the volume is the least strain that a step is measured by
+    self%volume_scale = max(sums(5), 1.0e-9_wp * sums(6)) &
+      / sqrt(real(self%mesh%n_node_global, wp))
+    self%errors(1) = sqrt(sums(1)) / self%force_scale
+    self%errors(2) = sqrt(sums(2)) / self%volume_scale
+    self%worst = ''
+    if (node > 0) then
+      self%worst = 'node '//text(int(self%mesh%node_tag(node)))// &
+        near(self%mesh%coordinates(:, node))
+    end if
+
+  end subroutine measure_errors
+
+  !> ' at (x, y, z)'.
+  pure function near(x) result(place)
+    real(wp), intent(in) :: x(:)
+    character(len=:), allocatable :: place
+
+    integer :: k
+
+    place = ' at ('//text(x(1))
+    do k = 2, size(x)
+      place = place//', '//text(x(k))
+    end do
+    place = place//')'
+
+  end function near
+
+  function mechanics_describe_worst(self) result(place)
+    class(mechanics_t), intent(in) :: self
+    character(len=:), allocatable :: place
+
+    place = 'force error '//text(self%errors(1))//', volume error '//text(self%errors(2))// &
+      ', largest force at '//self%worst
+
+  end function mechanics_describe_worst
+
+  subroutine mechanics_correct(self, status)
+    class(mechanics_t), intent(inout) :: self
+    type(status_t), intent(inout) :: status
+
+    real(wp), allocatable :: load(:, :), rest(:, :), right_hand_side(:, :)
+    real(wp) :: cpu_end, cpu_start, largest
+    integer :: i, k, n
+
+    call cpu_time(cpu_start)
+    n = self%mesh%dimension
+    self%base(:n, :) = self%increment
+    self%base(n + 1, :) = self%pressure_new
+
+    allocate (rest(n + 1, self%mesh%n_node), load(n + 1, self%mesh%n_node))
+    call self%constraints%pending(self%increment, rest, largest)
+    call self%constraints%impose(self%matrix, self%mesh%n_own_node, rest, load)
+    call self%mesh%halo%accumulate(load)
+    allocate (right_hand_side, source=self%residual)
+    call self%constraints%to_local(right_hand_side)
+    right_hand_side = -right_hand_side - load
+    do i = 1, self%constraints%n_constrained
+      do k = 1, self%constraints%n_direction(i)
+        right_hand_side(k, self%constraints%node(i)) = rest(k, self%constraints%node(i))
+      end do
+    end do
+
+    if (.not. allocated(self%solver)) call create_solver(self, status)
+    if (status%failed()) return
+    call self%solver%factorise(self%matrix, status)
+    call self%comm%agree(status)
+    if (status%failed()) return
+    call self%solver%solve(right_hand_side, self%correction, status)
+    call self%comm%agree(status)
+    if (status%failed()) return
+    call self%constraints%to_global(self%correction)
+    call cpu_time(cpu_end)
+    self%cpu_solver = self%cpu_solver + cpu_end - cpu_start
+
+  end subroutine mechanics_correct
+
+  subroutine mechanics_move(self, step_length)
+    class(mechanics_t), intent(inout) :: self
+    real(wp), intent(in) :: step_length
+
+    integer :: n
+
+    n = self%mesh%dimension
+    self%increment = self%base(:n, :) + step_length * self%correction(:n, :)
+    self%pressure_new = self%base(n + 1, :) + step_length * self%correction(n + 1, :)
+
+  end subroutine mechanics_move
+
+  subroutine mechanics_accept_step(self)
+    class(mechanics_t), intent(inout) :: self
+
+    call collect_work(self)
+    self%dt_last = self%time_new - self%time
+    self%increment_last = self%increment
+    self%pressure_last = self%pressure
+    self%pressure = self%pressure_new
+    self%displacement = self%displacement + self%increment
+    if (.not. self%settings%fixed_geometry) then
+      self%mesh%coordinates = self%mesh%coordinates + self%increment
+    end if
+    self%deviator = self%deviator_new
+    self%log_volume = self%log_volume_new
+    self%state = self%state_new
+    self%bubble_modulus = self%bubble_modulus_new
+    self%relaxation = self%relaxation_new
+    self%flow_stress = self%flow_stress_new
+    call accept_contacts(self)
+    self%time = self%time_new
+
+  end subroutine mechanics_accept_step
+
+  subroutine accept_contacts(self)
+    class(mechanics_t), intent(inout) :: self
+
+    integer :: i
+
+    do i = 1, size(self%contacts)
+      call self%contacts(i)%accept()
+    end do
+
+  end subroutine accept_contacts
+
+  !> Collective. Forces of the step, and the work since the last one by the trapezoidal rule.
+  subroutine collect_work(self)
+    class(mechanics_t), intent(inout) :: self
+
+    real(wp), allocatable :: load_force(:, :), reaction(:, :), tool_force(:, :)
+    real(wp) :: friction, motion(3), work
+    integer :: i, j, n, node
+
+    n = self%mesh%dimension
+    allocate (tool_force(6, size(self%tools)), reaction(3, size(self%boundaries)), source=0.0_wp)
+    friction = 0.0_wp
+    do i = 1, size(self%contacts)
+      associate (contact => self%contacts(i))
+        tool_force(1:3, contact%tool) = tool_force(1:3, contact%tool) + contact%force
+        tool_force(4:6, contact%tool) = tool_force(4:6, contact%tool) + contact%torque
+        friction = friction + contact%dissipation
+      end associate
+    end do
+    work = 0.0_wp
+    do i = 1, size(self%boundaries)
+      associate (place => self%boundaries(i))
+        do j = 1, size(place%node)
+          node = place%node(j)
+          if (node > self%mesh%n_own_node) cycle
+          select case (place%boundary%kind)
+          case (BOUNDARY_MOTION, BOUNDARY_SYMMETRY)
+            reaction(:n, i) = reaction(:n, i) + self%residual(:n, node)
+          end select
+        end do
+      end associate
+    end do
+    allocate (load_force, source=self%load_force)
+    do i = 1, size(self%tools)
+      call self%comm%sum(tool_force(:, i))
+    end do
+    do i = 1, size(self%boundaries)
+      call self%comm%sum(reaction(:, i))
+      call self%comm%sum(load_force(:, i))
+    end do
+    call self%comm%sum(friction)
+
+    ! Tools: force on the body times translation, torque times turn
+    do i = 1, size(self%tools)
+      call work_of_tool(self%tools(i), self%time, 0.5_wp * (tool_force(:, i) + self%tool_force(:, i)), &
+                        work)
+    end do
+    do i = 1, size(self%boundaries)
+      associate (boundary => self%boundaries(i)%boundary)
+        if (boundary%kind /= BOUNDARY_MOTION) cycle
+        motion = boundary%displacement_at(self%time_new) - boundary%displacement_at(self%time)
+        work = work + 0.5_wp * dot_product(reaction(:, i) + self%reaction(:, i), motion)
+      end associate
+    end do
+    self%external_work = self%external_work + work + work_of_loads(self)
+    self%friction_work = self%friction_work + friction
+    work = sum(self%plastic_work)
+    call self%comm%sum(work)
+    self%total_plastic_work = self%total_plastic_work + work
+    self%tool_force = tool_force
+    self%reaction = reaction
+    self%load_force = load_force
+
+  end subroutine collect_work
+
+  !> Work that a tool does on the body during a step.
+  subroutine work_of_tool(tool, time_old, force, work)
+    type(rigid_tool_t), intent(in) :: tool
+    real(wp), intent(in) :: time_old
+    !> Mean force on the tool and torque about its reference point.
+    real(wp), intent(in) :: force(6)
+    real(wp), intent(inout) :: work
+
+    type(rigid_tool_t) :: before
+
+    before = tool
+    call before%begin_step(time_old, time_old)
+    work = work - dot_product(force(1:3), tool%reference_point - before%reference_point) &
+      - dot_product(force(4:6), tool%motion%get_axis()) * (tool%angle - before%angle)
+
+  end subroutine work_of_tool
+
+  !> Collective. Work of tractions and pressures during the step, with the forces of its end: exact
+  !> for a load that is constant, of first order in the step otherwise.
+  function work_of_loads(self) result(work)
+    class(mechanics_t), intent(in) :: self
+    real(wp) :: work
+
+    real(wp) :: factor, normal(3)
+    integer :: a, i, j, k, n, node
+
+    work = 0.0_wp
+    n = self%mesh%dimension
+    do i = 1, size(self%boundaries)
+      associate (place => self%boundaries(i), boundary => self%boundaries(i)%boundary)
+        factor = 0.5_wp * (boundary%factor_at(self%time) + boundary%factor_at(self%time_new))
+        select case (boundary%kind)
+        case (BOUNDARY_TRACTION)
+          do j = 1, size(place%node)
+            node = place%node(j)
+            work = work + factor * place%area(node) &
+              * dot_product(boundary%value(:n), self%increment(:, node))
+          end do
+        case (BOUNDARY_PRESSURE)
+          do j = 1, size(place%facet)
+            k = place%facet(j)
+            associate (corner => self%mesh%facet_node(:, k))
+              call facet_normal(self%mesh%coordinates(:, corner) &
+                                + 0.5_wp * self%increment(:, corner), normal)
+              do a = 1, n
+                if (self%settings%kind == AXISYMMETRIC) then
+                  work = work - factor * boundary%pressure * TWO_PI / 6.0_wp &
+                    * (self%mesh%coordinates(1, corner(a)) &
+                       + sum(self%mesh%coordinates(1, corner))) &
+                    * dot_product(normal(:n), self%increment(:, corner(a)))
+                else
+                  work = work - factor * boundary%pressure / n &
+                    * dot_product(normal(:n), self%increment(:, corner(a)))
+                end if
+              end do
+            end associate
+          end do
+        end select
+      end associate
+    end do
+    call self%comm%sum(work)
+
+  end function work_of_loads
+
+  subroutine mechanics_reject_step(self)
+    class(mechanics_t), intent(inout) :: self
+
+    integer :: i
+
+    self%increment = 0.0_wp
+    self%pressure_new = self%pressure
+    self%time_new = self%time
+    do i = 1, size(self%tools)
+      call self%tools(i)%begin_step(self%time, self%time)
+    end do
+
+  end subroutine mechanics_reject_step
+
+  pure function mechanics_next_event(self, time) result(event)
+    class(mechanics_t), intent(in) :: self
+    real(wp), intent(in) :: time
+    real(wp) :: event
+
+    integer :: i
+
+    event = huge(1.0_wp)
+    do i = 1, size(self%tools)
+      event = min(event, self%tools(i)%motion%next_event(time))
+    end do
+    do i = 1, size(self%boundaries)
+      event = min(event, self%boundaries(i)%boundary%next_event(time))
+    end do
+
+  end function mechanics_next_event
+
+  !> A kink of a motion or load is where rates change.
+  pure function mechanics_changes_course(self, time) result(changes)
+    class(mechanics_t), intent(in) :: self
+    real(wp), intent(in) :: time
+    logical :: changes
+
+    real(wp) :: event
+
+    event = self%next_event(time - 1.0e-6_wp * max(abs(time), self%dt_last))
+    changes = abs(event - time) <= 2.0e-6_wp * max(abs(time), self%dt_last)
+
+  end function mechanics_changes_course
+
+  pure function mechanics_suggested_time_step(self) result(step)
+    class(mechanics_t), intent(in) :: self
+    real(wp) :: step
+
+    step = self%recommended_step
+
+  end function mechanics_suggested_time_step
+
+  subroutine mechanics_take_report(self, text)
+    class(mechanics_t), intent(inout) :: self
+    character(len=:), allocatable, intent(out) :: text
+
+    character(len=:), allocatable :: decisions
+
+    text = self%notes
+    self%notes = ''
+    if (.not. allocated(self%solver)) return
+    call self%solver%report(decisions)
+    if (text /= '' .and. decisions /= '') text = text//new_line('a')
+    text = text//decisions
+
+  end subroutine mechanics_take_report
+
+  subroutine mechanics_finish(self)
+    class(mechanics_t), intent(inout) :: self
+
+    if (allocated(self%solver)) call self%solver%free()
+
+  end subroutine mechanics_finish
+
+end module swage_mechanics

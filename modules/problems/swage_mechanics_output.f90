@@ -1,0 +1,461 @@
+!> What [[swage_mechanics]] tells the outside: history, fields, pictures of the tools.
+submodule(swage_mechanics) swage_mechanics_output
+  use swage_field_list, only: FIELD_CELL, FIELD_NODAL
+  use swage_mesh_quality, only: mesh_quality_t, measure_quality
+  implicit none(type, external)
+
+  character(len=1), parameter :: AXIS_NAMES(3) = ['x', 'y', 'z']
+
+contains
+
+  module procedure mechanics_history_columns
+
+    integer :: i, k
+
+    allocate (names(0), dimensions(0))
+    do i = 1, size(self%tools)
+      do k = 1, 3
+        call add_column('force_'//self%tools(i)%name//'_'//AXIS_NAMES(k), 'force')
+      end do
+      do k = 1, 3
+        call add_column('torque_'//self%tools(i)%name//'_'//AXIS_NAMES(k), 'torque')
+      end do
+      do k = 1, 3
+        call add_column('position_'//self%tools(i)%name//'_'//AXIS_NAMES(k), 'length')
+      end do
+      call add_column('angle_'//self%tools(i)%name, 'angle')
+    end do
+    do i = 1, size(self%boundaries)
+      associate (boundary => self%boundaries(i)%boundary)
+        select case (boundary%kind)
+        case (BOUNDARY_MOTION, BOUNDARY_SYMMETRY)
+          do k = 1, 3
+            call add_column('reaction_'//boundary%name//'_'//AXIS_NAMES(k), 'force')
+          end do
+        case default
+          do k = 1, 3
+            call add_column('load_'//boundary%name//'_'//AXIS_NAMES(k), 'force')
+          end do
+        end select
+        do k = 1, 3
+          call add_column('displacement_'//boundary%name//'_'//AXIS_NAMES(k), 'length')
+        end do
+      end associate
+    end do
+    do i = 1, size(self%contacts)
+      call add_column('contact_nodes_'//self%contacts(i)%name, '1')
+      call add_column('contact_area_'//self%contacts(i)%name, 'length^2')
+      call add_column('penetration_'//self%contacts(i)%name, 'length')
+      call add_column('penetration_by_cell_'//self%contacts(i)%name, '1')
+    end do
+    call add_column('volume', 'length^3')
+    call add_column('mass_error', '1')
+    call add_column('external_work', 'energy')
+    call add_column('plastic_work', 'energy')
+    call add_column('elastic_energy', 'energy')
+    call add_column('friction_work', 'energy')
+
+  contains
+
+    subroutine add_column(name, dimension)
+      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: dimension
+
+      names = [character(len=64) :: names, name]
+      dimensions = [character(len=64) :: dimensions, dimension]
+
+    end subroutine add_column
+
+  end procedure mechanics_history_columns
+
+  module procedure mechanics_history_values
+
+    real(wp) :: area, deepest, deepest_by_cell, elastic, mean(4), n_active
+    integer :: i, j
+
+    allocate (values(0))
+    do i = 1, size(self%tools)
+      values = [values, self%tool_force(:, i), self%tools(i)%position, self%tools(i)%angle]
+    end do
+    do i = 1, size(self%boundaries)
+      associate (place => self%boundaries(i))
+        if (place%boundary%kind == BOUNDARY_MOTION .or. &
+            place%boundary%kind == BOUNDARY_SYMMETRY) then
+          values = [values, self%reaction(:, i)]
+        else
+          values = [values, self%load_force(:, i)]
+        end if
+        ! The mean over the boundary's nodes
+        mean = 0.0_wp
+        do j = 1, size(place%node)
+          if (place%node(j) > self%mesh%n_own_node) cycle
+          mean(:self%mesh%dimension) = mean(:self%mesh%dimension) &
+            + self%displacement(:, place%node(j))
+          mean(4) = mean(4) + 1.0_wp
+        end do
+        call self%comm%sum(mean)
+        values = [values, mean(1:3) / max(mean(4), 1.0_wp)]
+      end associate
+    end do
+    do i = 1, size(self%contacts)
+      associate (contact => self%contacts(i))
+        n_active = real(count(contact%active), wp)
+        area = sum(contact%area, mask=contact%active)
+        deepest = max(0.0_wp, maxval(contact%penetration, mask=contact%active))
+        deepest_by_cell = max(0.0_wp, maxval(contact%penetration / contact%size, &
+                                             mask=contact%active))
+        call self%comm%sum(n_active)
+        call self%comm%sum(area)
+        call self%comm%max(deepest)
+        call self%comm%max(deepest_by_cell)
+        values = [values, n_active, area, deepest, deepest_by_cell]
+      end associate
+    end do
+    elastic = sum(self%elastic_energy)
+    call self%comm%sum(elastic)
+    values = [values, mass_balance(self), self%external_work, self%total_plastic_work, elastic, &
+              self%friction_work]
+
+  end procedure mechanics_history_values
+
+  !> Collective. Volume, and its excess over that of the same mass at the present pressure.
+  function mass_balance(self) result(balance)
+    class(mechanics_t), intent(in) :: self
+    !> Volume [length^3], relative mass error [1].
+    real(wp) :: balance(2)
+
+    real(wp) :: volumes(2)
+    integer :: cell
+
+    volumes = 0.0_wp
+    do cell = 1, self%mesh%n_cell
+      associate (law => self%materials(self%material_of_cell(cell))%law)
+        if (self%settings%fixed_geometry) then
+          volumes(1) = volumes(1) + self%initial_volume(cell) * (1.0_wp + self%log_volume(cell))
+        else
+          volumes(1) = volumes(1) + self%volume_new(cell)
+        end if
+        volumes(2) = volumes(2) + self%initial_volume(cell) &
+          * sum(exp(-law%inverse_bulk_modulus * self%pressure(self%mesh%cell_node(:, cell)))) &
+          / size(self%mesh%cell_node, 1)
+      end associate
+    end do
+    call self%comm%sum(volumes)
+    balance = [volumes(1), volumes(1) / volumes(2) - 1.0_wp]
+
+  end function mass_balance
+
+  module procedure mechanics_collect_fields
+
+    real(wp), allocatable :: row(:, :), stress(:, :), vectors(:, :), weights(:, :)
+    integer :: i, n
+
+    n = self%mesh%n_node
+    allocate (vectors(3, n), source=0.0_wp)
+    vectors(:self%mesh%dimension, :) = self%displacement
+    call fields%add('displacement', 'length', 'since the start of the run', FIELD_NODAL, vectors)
+    if (self%dt_last > 0.0_wp) then
+      vectors(:self%mesh%dimension, :) = self%increment_last / self%dt_last
+    end if
+    call fields%add('velocity', 'length/time', 'mean of the last increment', FIELD_NODAL, vectors)
+    call fields%add('pressure', 'stress', 'positive in compression', FIELD_NODAL, &
+                    reshape(self%pressure, [1, n]))
+    call fields%add('temperature', 'temperature', 'nodal temperature', FIELD_NODAL, &
+                    reshape(self%temperature, [1, n]))
+    allocate (row(2, n), weights(3, n))
+    call contact_fields(self, row, weights)
+    call fields%add('contact_pressure', 'stress', 'on rigid tools, 0 where there is no contact', &
+                    FIELD_NODAL, row(1:1, :))
+    call fields%add('penetration', 'length', 'into rigid tools, 0 where there is no contact', &
+                    FIELD_NODAL, row(2:2, :))
+    call fields%add('friction_traction', 'stress', 'of rigid tools on the body', FIELD_NODAL, &
+                    weights)
+
+    allocate (stress(6, self%mesh%n_cell))
+    stress = self%deviator
+    do i = 1, 3
+      stress(i, :) = stress(i, :) + self%mean_stress
+    end do
+    call fields%add('stress', 'stress', 'Cauchy stress', FIELD_CELL, stress, is_tensor=.true.)
+    call fields%add('equivalent_stress', 'stress', 'von Mises', FIELD_CELL, &
+                    reshape(sqrt(1.5_wp * sum(self%deviator**2, dim=1)), [1, self%mesh%n_cell]))
+    call state_fields(self, fields)
+    call fields%add('volume_ratio', '1', 'cell volume by its volume before the first step', &
+                    FIELD_CELL, reshape(exp(self%log_volume), [1, self%mesh%n_cell]))
+    call fields%add('body', '1', 'number of the &body in the input, 0 for tools', FIELD_CELL, &
+                    reshape(real(self%body_of_cell, wp), [1, self%mesh%n_cell]))
+    call fields%add('material', '1', 'number of the &material in the input, 0 for tools', &
+                    FIELD_CELL, reshape(real(self%material_of_cell, wp), [1, self%mesh%n_cell]))
+
+  end procedure mechanics_collect_fields
+
+  !> Contact pressure, penetration and friction on all copies of the nodes.
+  subroutine contact_fields(self, row, traction)
+    class(mechanics_t), intent(in) :: self
+    real(wp), contiguous, intent(out) :: row(:, :)
+    real(wp), contiguous, intent(out) :: traction(:, :)
+
+    integer :: i, j
+
+    row = 0.0_wp
+    traction = 0.0_wp
+    do i = 1, size(self%contacts)
+      associate (contact => self%contacts(i))
+        do j = 1, size(contact%node)
+          if (.not. contact%active(j)) cycle
+          associate (node => contact%node(j))
+            row(1, node) = row(1, node) + contact%pressure(j)
+            row(2, node) = max(row(2, node), contact%penetration(j))
+            traction(:, node) = traction(:, node) + contact%traction(:, j)
+          end associate
+        end do
+      end associate
+    end do
+    call self%mesh%halo%update(row)
+    call self%mesh%halo%update(traction)
+
+  end subroutine contact_fields
+
+  !> The histories of all laws; 0 in cells whose law has no such variable.
+  subroutine state_fields(self, fields)
+    class(mechanics_t), intent(in) :: self
+    type(field_list_t), intent(inout) :: fields
+
+    real(wp), allocatable :: values(:, :)
+    integer :: cell, i, j, material, row, width
+
+    do i = 1, size(self%materials)
+      do j = 1, size(self%materials(i)%law%state_table)
+        associate (variable => self%materials(i)%law%state_table(j))
+          if (fields%find(trim(variable%name)) > 0) cycle
+          width = variable%width()
+          allocate (values(width, self%mesh%n_cell), source=0.0_wp)
+          do material = 1, size(self%materials)
+            row = row_of(self%materials(material)%law, variable%name)
+            if (row == 0) cycle
+            do cell = 1, self%mesh%n_cell
+              if (self%material_of_cell(cell) /= material) cycle
+              values(:, cell) = self%state(row:row + width - 1, cell)
+            end do
+          end do
+          call fields%add(trim(variable%name), trim(variable%dimension), 'history of the law', &
+                          FIELD_CELL, values, is_tensor=width == 6)
+          deallocate (values)
+        end associate
+      end do
+    end do
+    ! Pictures count on the strain, also of a body that cannot flow
+    if (fields%find('equivalent_plastic_strain') == 0) then
+      allocate (values(1, self%mesh%n_cell), source=0.0_wp)
+      call fields%add('equivalent_plastic_strain', '1', 'history of the law', FIELD_CELL, values)
+    end if
+
+  end subroutine state_fields
+
+  !> First row of a history variable, 0 when the law has none of that name.
+  pure function row_of(law, name) result(row)
+    class(material_law_t), intent(in) :: law
+    character(len=*), intent(in) :: name
+    integer :: row
+
+    integer :: i, next
+
+    row = 0
+    next = 1
+    do i = 1, size(law%state_table)
+      if (law%state_table(i)%name == name) row = next
+      next = next + law%state_table(i)%width()
+    end do
+
+  end function row_of
+
+  module procedure mechanics_tool_surface
+
+    real(wp) :: centre(3), extent, lower(3), upper(3)
+    integer :: i, k
+
+    lower = huge(1.0_wp)
+    upper = -huge(1.0_wp)
+    do k = 1, self%mesh%dimension
+      if (self%mesh%n_node > 0) then
+        lower(k) = minval(self%mesh%coordinates(k, :))
+        upper(k) = maxval(self%mesh%coordinates(k, :))
+      end if
+      call self%comm%min(lower(k))
+      call self%comm%max(upper(k))
+    end do
+    lower(self%mesh%dimension + 1:) = 0.0_wp
+    upper(self%mesh%dimension + 1:) = 0.0_wp
+    centre = 0.5_wp * (lower + upper)
+    extent = 0.6_wp * maxval(upper - lower)
+
+    allocate (points(3, 0), connectivity(0), offsets(1), types(0))
+    offsets = 0_gp
+    if (self%comm%rank /= 0) return
+    do i = 1, size(self%tools)
+      call draw_tool(self%tools(i), self%mesh%dimension, self%settings%kind == AXISYMMETRIC, &
+                     centre, extent, points, connectivity, offsets, types)
+    end do
+
+  end procedure mechanics_tool_surface
+
+  !> Append the surface of one tool, as far as it is near the bodies: points of a grid around the
+  !> bodies, moved onto the surface along its normals.
+  subroutine draw_tool(tool, n_dim, axisymmetric, centre, extent, points, connectivity, offsets, &
+                       types)
+    type(rigid_tool_t), intent(in) :: tool
+    integer, intent(in) :: n_dim
+    logical, intent(in) :: axisymmetric
+    !> Middle and half size of the bodies' box.
+    real(wp), intent(in) :: centre(3)
+    real(wp), intent(in) :: extent
+    real(wp), allocatable, intent(inout) :: points(:, :)
+    integer(gp), allocatable, intent(inout) :: connectivity(:)
+    integer(gp), allocatable, intent(inout) :: offsets(:)
+    integer, allocatable, intent(inout) :: types(:)
+
+    integer, parameter :: N_SIDE = 24
+    integer, parameter :: VTK_LINE = 3, VTK_TRIANGLE = 5
+
+    real(wp) :: corner(3), first(3), hessian(3, 3), normal(3), penetration, second(3), x(3)
+    real(wp), allocatable :: grid(:, :)
+    integer(gp) :: start
+    integer :: i, j, n_second, step
+
+    ! The tangent plane at the point nearest to the bodies' middle
+    call project_on_tool(tool, centre, x, normal)
+    if (n_dim == 2) then
+      first = [-normal(2), normal(1), 0.0_wp]
+      second = 0.0_wp
+      n_second = 0
+    else
+      call plane_axes(normal, first, second)
+      n_second = N_SIDE
+    end if
+    corner = x
+    start = size(points, 2, kind=gp)
+    allocate (grid(3, (N_SIDE + 1) * (n_second + 1)))
+    do j = 0, n_second
+      do i = 0, N_SIDE
+        x = corner + first * extent * (2.0_wp * i / N_SIDE - 1.0_wp)
+        if (n_second > 0) x = x + second * extent * (2.0_wp * j / n_second - 1.0_wp)
+        if (axisymmetric) x(1) = max(x(1), 0.0_wp)
+        do step = 1, 3
+          call tool%project(x, penetration, normal, hessian)
+          x = x + penetration * normal
+        end do
+        grid(:, 1 + i + (N_SIDE + 1) * j) = x
+      end do
+    end do
+    points = reshape([points, grid], [3, size(points, 2) + size(grid, 2)])
+
+    do j = 0, max(n_second - 1, 0)
+      do i = 0, N_SIDE - 1
+        if (n_dim == 2) then
+          call add_cell([i, i + 1], VTK_LINE)
+        else
+          call add_cell([number(i, j), number(i + 1, j), number(i + 1, j + 1)], VTK_TRIANGLE)
+          call add_cell([number(i, j), number(i + 1, j + 1), number(i, j + 1)], VTK_TRIANGLE)
+        end if
+      end do
+    end do
+
+  contains
+
+    pure function number(i, j) result(place)
+      integer, intent(in) :: i
+      integer, intent(in) :: j
+      integer :: place
+
+      place = i + (N_SIDE + 1) * j
+
+    end function number
+
+    subroutine add_cell(corners, vtk_type)
+      integer, intent(in) :: corners(:)
+      integer, intent(in) :: vtk_type
+
+      connectivity = [connectivity, start + int(corners, gp)]
+      offsets = [offsets, size(connectivity, kind=gp)]
+      types = [types, vtk_type]
+
+    end subroutine add_cell
+
+  end subroutine draw_tool
+
+  !> Nearest point of a tool's surface.
+  pure subroutine project_on_tool(tool, from, x, normal)
+    type(rigid_tool_t), intent(in) :: tool
+    real(wp), intent(in) :: from(3)
+    real(wp), intent(out) :: x(3)
+    real(wp), intent(out) :: normal(3)
+
+    real(wp) :: hessian(3, 3), penetration
+
+    call tool%project(from, penetration, normal, hessian)
+    x = from + penetration * normal
+
+  end subroutine project_on_tool
+
+  !> Two unit vectors across a normal.
+  pure subroutine plane_axes(normal, first, second)
+    use swage_rotation, only: cross_product, perpendicular
+    real(wp), intent(in) :: normal(3)
+    real(wp), intent(out) :: first(3)
+    real(wp), intent(out) :: second(3)
+
+    first = perpendicular(normal)
+    second = cross_product(normal, first)
+
+  end subroutine plane_axes
+
+  module procedure mechanics_summary
+
+    type(mesh_quality_t) :: quality
+    integer :: i
+
+    call measure_quality(self%mesh, self%comm, quality)
+    text = 'mesh: '//number_of(self%mesh%n_node_global)//' nodes, '// &
+      number_of(self%mesh%n_cell_global)//' cells, mean cell size '//number_of_real(self%cell_size)
+    text = text//new_line('a')//'mesh: cell quality (1 regular, 0 flat) at least '// &
+      number_of_real(quality%minimum)//' (cell '//number_of(quality%worst_cell)//'), mean '// &
+      number_of_real(quality%mean)
+    if (self%mesh%report%n_reoriented > 0_gp) then
+      text = text//new_line('a')//'mesh: '//number_of(self%mesh%report%n_reoriented)// &
+        ' cells were given in negative order and turned'
+    end if
+    if (self%mesh%report%n_dropped_node > 0_gp) then
+      text = text//new_line('a')//'mesh: '//number_of(self%mesh%report%n_dropped_node)// &
+        ' nodes belong to no cell and were left out'
+    end if
+    text = text//new_line('a')//'mesh: peak memory of rank 0 while reading '// &
+      number_of_real(self%mesh%report%peak_memory)//' MB'
+    do i = 1, size(self%bodies)
+      text = text//new_line('a')//'body '//self%bodies(i)%name//': material '// &
+        self%materials(self%bodies(i)%material)%name//', law '// &
+        trim(self%materials(self%bodies(i)%material)%law%label)
+    end do
+    do i = 1, size(self%contacts)
+      text = text//new_line('a')//'contact '//self%contacts(i)%name//': tool '// &
+        self%tools(self%contacts(i)%tool)%name//', friction '//self%contacts(i)%friction%name
+    end do
+
+  end procedure mechanics_summary
+
+  pure function number_of(count) result(string)
+    integer(gp), intent(in) :: count
+    character(len=:), allocatable :: string
+
+    string = text(int(count))
+
+  end function number_of
+
+  pure function number_of_real(value) result(string)
+    real(wp), intent(in) :: value
+    character(len=:), allocatable :: string
+
+    string = text(value)
+
+  end function number_of_real
+
+end submodule swage_mechanics_output

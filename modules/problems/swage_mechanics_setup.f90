@@ -1,0 +1,776 @@
+!> Reading and building of [[swage_mechanics]].
+submodule(swage_mechanics) swage_mechanics_setup
+  use swage_block_matrix, only: block_matrix_create
+  use swage_boundary, only: boundary_from_group, explain_boundary
+  use swage_friction, only: friction_law_t
+  use swage_friction_registry, only: friction_from_group
+  use swage_group, only: group_t
+  use swage_material_registry, only: material_from_group
+  use swage_mini_element, only: cell_volume, mini_batch_create
+  use swage_motion, only: motion_from_group, motion_t
+  use swage_mumps, only: mumps_solver_create, mumps_solver_t
+  use swage_point_batch, only: point_batch_create
+  use swage_rigid_tool, only: tool_from_group
+  use swage_status, only: EXIT_MESH
+  use swage_tool_contact, only: tool_contact_create
+  use swage_unknowns, only: unknowns_create
+  implicit none(type, external)
+
+  !> What `dimension` is called in the input, in the order of the kinds of the element.
+  character(len=12), parameter :: DIMENSION_NAMES(3) = [character(len=12) :: &
+    'plane_strain', 'axisymmetric', '3d']
+  !> A tool may overlap the body by this share of the cell size before the first step.
+  real(wp), parameter :: LARGEST_OVERLAP = 0.1_wp
+  !> A symmetry plane is plane when its facets' normals agree to this.
+  real(wp), parameter :: FLATNESS = 1.0e-6_wp
+  !> Share of the fastest tool's speed below which friction fades.
+  real(wp), parameter :: FADING = 0.01_wp
+
+contains
+
+  module procedure mechanics_create
+
+    integer :: n
+
+    mechanics%comm = comm
+    mechanics%settings = settings
+    mechanics%units = units
+    mechanics%notes = ''
+    mechanics%worst = ''
+    call move_mesh(mesh, mechanics%mesh)
+    n = mechanics%mesh%dimension
+
+    call read_bodies(mechanics, deck, status)
+    call comm%agree(status)
+    if (status%failed()) return
+    call build_cells(mechanics)
+    call read_boundaries(mechanics, deck, status)
+    call comm%agree(status)
+    if (status%failed()) return
+    call read_tools(mechanics, deck, status)
+    call comm%agree(status)
+    if (status%failed()) return
+    call read_contacts(mechanics, deck, status)
+    call comm%agree(status)
+    if (status%failed()) return
+    call check_rest(mechanics, status)
+    call comm%agree(status)
+    if (status%failed()) return
+
+    associate (m => mechanics, n_node => mechanics%mesh%n_node)
+      allocate (m%initial_coordinates, source=m%mesh%coordinates)
+      allocate (m%increment(n, n_node), m%increment_last(n, n_node), m%displacement(n, n_node), &
+                source=0.0_wp)
+      allocate (m%pressure(n_node), m%pressure_new(n_node), m%pressure_last(n_node), source=0.0_wp)
+      allocate (m%temperature(n_node), source=settings%initial_temperature)
+      allocate (m%residual(n + 1, n_node), m%correction(n + 1, n_node), m%base(n + 1, n_node), &
+                source=0.0_wp)
+      allocate (m%tool_force(6, size(m%tools)), m%reaction(3, size(m%boundaries)), &
+                m%load_force(3, size(m%boundaries)), source=0.0_wp)
+    end associate
+
+  end procedure mechanics_create
+
+  module procedure mechanics_explain
+
+    character(len=:), allocatable :: friction, master, material, group_name
+    character(len=64), allocatable :: slave(:)
+    logical :: separation
+    real(wp) :: penalty, tangential
+
+    select case (kind)
+    case ('body')
+      call take_body(group, material, group_name)
+    case ('boundary')
+      call explain_boundary(group)
+    case ('contact')
+      call take_contact(group, slave, master, friction, penalty, tangential, separation)
+    end select
+
+  end procedure mechanics_explain
+
+  module procedure create_solver
+
+    type(mumps_solver_t), allocatable :: mumps
+
+    allocate (mumps)
+    call mumps_solver_create(self%comm, self%mesh%halo, self%unknowns, self%matrix, &
+                             self%settings%symmetric, mumps, status)
+    call move_alloc(mumps, self%solver)
+
+  end procedure create_solver
+
+  !> Move the mesh; the old one is left empty.
+  subroutine move_mesh(from, to)
+    type(mesh_t), intent(inout) :: from
+    type(mesh_t), intent(inout) :: to
+
+    type(mesh_t) :: nothing
+
+    to = from
+    from = nothing
+
+  end subroutine move_mesh
+
+  subroutine take_body(group, material, group_name)
+    type(group_t), intent(inout) :: group
+    character(len=:), allocatable, intent(out) :: material
+    character(len=:), allocatable, intent(out) :: group_name
+
+    material = ''
+    group_name = ''
+    call group%take('material', material, 'Name of its &material.', required=.true.)
+    call group%take('group', group_name, 'Physical group of its cells, by name or number.', &
+                    required=.true.)
+
+  end subroutine take_body
+
+  !> Bodies, their materials, and which cell belongs to which.
+  subroutine read_bodies(self, deck, status)
+    type(mechanics_t), intent(inout) :: self
+    type(deck_t), intent(in) :: deck
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: group_name, material
+    integer, allocatable :: cells(:)
+    type(group_t) :: group, material_group
+    integer :: i, j
+
+    allocate (self%materials(deck%count('material')))
+    do i = 1, size(self%materials)
+      call deck%get('material', i, material_group)
+      self%materials(i)%name = material_group%name
+      call material_from_group(material_group, deck, self%units, self%materials(i)%law, status)
+      if (status%failed()) return
+    end do
+    if (deck%count('body') == 0) then
+      call status%raise(STATUS_ERROR, 'read_bodies', deck%path//': there is no &body: name a '// &
+                        'physical group of the mesh and its material')
+      return
+    end if
+
+    allocate (self%bodies(deck%count('body')))
+    allocate (self%body_of_cell(self%mesh%n_cell), self%material_of_cell(self%mesh%n_cell), &
+              source=0)
+    do i = 1, size(self%bodies)
+      call deck%get('body', i, group)
+      self%bodies(i)%name = group%name
+      call take_body(group, material, group_name)
+      self%bodies(i)%group = checked_group(self, group, 'group', group_name, self%mesh%dimension)
+      call group%finish(status)
+      if (status%failed()) return
+      call deck%find('material', material, material_group, status, from=group, key='material')
+      if (status%failed()) return
+      do j = 1, size(self%materials)
+        if (self%materials(j)%name == material) self%bodies(i)%material = j
+      end do
+      cells = self%mesh%group_cells(self%bodies(i)%group)
+      do j = 1, size(cells)
+        associate (body => self%body_of_cell(cells(j)))
+          if (body > 0) then
+            call status%raise(STATUS_ERROR, 'read_bodies', group%describe('group')//': cell '// &
+                              text(int(self%mesh%cell_tag(cells(j))))// &
+                              ' belongs to body '''//self%bodies(body)%name//''' too: give each '// &
+                              'cell to one body')
+            return
+          end if
+          body = i
+        end associate
+        self%material_of_cell(cells(j)) = self%bodies(i)%material
+      end do
+    end do
+    i = findloc(self%body_of_cell, 0, dim=1)
+    if (i > 0) then
+      group_name = 'no physical group'
+      j = self%mesh%cell_group(i)
+      if (j > 0) group_name = 'physical group '//text(self%mesh%groups(j)%tag)//' '''// &
+        trim(self%mesh%groups(j)%name)//''''
+      call status%raise(STATUS_ERROR, 'read_bodies', deck%path//': cell '// &
+                        text(int(self%mesh%cell_tag(i)))//' of the mesh, in '// &
+                        group_name//', belongs to no body: add a &body for it')
+    end if
+
+  end subroutine read_bodies
+
+  !> Place of a group that must exist and hold something; a fault goes to the input group.
+  function checked_group(self, group, key, name, n_dim) result(place)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(inout) :: group
+    character(len=*), intent(in) :: key
+    character(len=*), intent(in) :: name
+    !> Dimension of the entities that are meant; any when negative.
+    integer, intent(in) :: n_dim
+    integer :: place
+
+    place = 0
+    if (name == '') return
+    if (n_dim < 0) then
+      place = self%mesh%find_group(name)
+      if (place == 0) call group%refuse(key, self%mesh%explain_group(name))
+    else
+      place = self%mesh%find_group(name, n_dim)
+      if (place == 0) call group%refuse(key, self%mesh%explain_group(name, n_dim))
+    end if
+    if (place == 0) return
+    if (self%mesh%groups(place)%n_entity_global == 0_gp) then
+      call group%refuse(key, 'the physical group is empty in the mesh: assign entities to it')
+    end if
+
+  end function checked_group
+
+  !> States, batches, matrix: all that follows from mesh and materials.
+  subroutine build_cells(self)
+    type(mechanics_t), intent(inout) :: self
+
+    real(wp) :: sums(2)
+    integer :: cell, first, i, last, n, n_state, place
+
+    associate (mesh => self%mesh)
+      n = mesh%n_cell
+      n_state = 0
+      do i = 1, size(self%materials)
+        n_state = max(n_state, self%materials(i)%law%n_state)
+      end do
+      allocate (self%deviator(6, n), self%deviator_new(6, n), source=0.0_wp)
+      allocate (self%state(n_state, n), self%state_new(n_state, n), source=0.0_wp)
+      allocate (self%log_volume(n), self%log_volume_new(n), self%mean_stress(n), &
+                self%elastic_energy(n), self%plastic_work(n), self%bubble_modulus(n), &
+                self%relaxation(n), self%flow_stress(n), self%volume_new(n), source=0.0_wp)
+      do cell = 1, n
+        associate (law => self%materials(self%material_of_cell(cell))%law)
+          self%bubble_modulus(cell) = law%reference_modulus
+          self%relaxation(cell) = law%initial_relaxation
+          self%flow_stress(cell) = law%initial_flow_stress
+          call set_initial_state(law, self%state(:, cell))
+        end associate
+        self%volume_new(cell) = cell_volume(self%settings%kind, &
+                                            mesh%coordinates(:, mesh%cell_node(:, cell)))
+      end do
+      self%state_new = self%state
+      allocate (self%initial_volume, source=self%volume_new)
+      allocate (self%bubble_modulus_new, source=self%bubble_modulus)
+      allocate (self%relaxation_new, source=self%relaxation)
+      allocate (self%flow_stress_new, source=self%flow_stress)
+
+      ! Batches of one material each
+      allocate (self%cell_order(n))
+      allocate (self%batches(count_batches(self)))
+      place = 0
+      last = 0
+      do i = 1, size(self%materials)
+        first = last + 1
+        do cell = 1, n
+          if (self%material_of_cell(cell) /= i) cycle
+          last = last + 1
+          self%cell_order(last) = cell
+        end do
+        do while (first <= last)
+          place = place + 1
+          self%batches(place) = cell_range_t(first, min(first + BATCH_SIZE - 1, last), i)
+          first = self%batches(place)%last + 1
+        end do
+      end do
+      call mini_batch_create(self%settings%kind, self%settings%fixed_geometry, BATCH_SIZE, &
+                             self%element)
+      self%element%bubble_factor = self%settings%bubble_factor
+      call point_batch_create(BATCH_SIZE, n_state, self%points)
+
+      call unknowns_create(mesh, self%unknowns)
+      call block_matrix_create(self%unknowns, self%matrix)
+      sums = [sum(mesh%cell_size()), real(n, wp)]
+      call self%comm%sum(sums)
+      self%cell_size = sums(1) / sums(2)
+    end associate
+
+  end subroutine build_cells
+
+  !> The history of a virgin point.
+  pure subroutine set_initial_state(law, state)
+    class(material_law_t), intent(in) :: law
+    real(wp), intent(inout) :: state(:)
+
+    integer :: i, row, width
+
+    row = 1
+    do i = 1, size(law%state_table)
+      width = law%state_table(i)%width()
+      state(row:row + width - 1) = law%state_table(i)%initial
+      row = row + width
+    end do
+
+  end subroutine set_initial_state
+
+  !> Batches that the cells of this rank need.
+  pure function count_batches(self) result(n_batch)
+    type(mechanics_t), intent(in) :: self
+    integer :: n_batch
+
+    integer :: i
+
+    n_batch = 0
+    do i = 1, size(self%materials)
+      n_batch = n_batch + (count(self%material_of_cell == i) + BATCH_SIZE - 1) / BATCH_SIZE
+    end do
+
+  end function count_batches
+
+  subroutine read_boundaries(self, deck, status)
+    type(mechanics_t), intent(inout) :: self
+    type(deck_t), intent(in) :: deck
+    type(status_t), intent(inout) :: status
+
+    integer, allocatable :: places(:)
+    type(group_t) :: group
+    integer :: i, j
+
+    allocate (self%boundaries(deck%count('boundary')))
+    do i = 1, size(self%boundaries)
+      associate (place => self%boundaries(i))
+        call deck%get('boundary', i, group)
+        call boundary_from_group(group, self%mesh%dimension, place%boundary)
+        allocate (places(size(place%boundary%groups)))
+        do j = 1, size(places)
+          places(j) = checked_group(self, group, 'group', trim(place%boundary%groups(j)), -1)
+        end do
+        call group%finish(status)
+        if (status%failed()) return
+
+        call list_boundary(self, places, place%node, place%facet)
+        select case (place%boundary%kind)
+        case (BOUNDARY_SYMMETRY)
+          call find_plane(self, place, group, status)
+        case (BOUNDARY_TRACTION, BOUNDARY_PRESSURE)
+          call need_facets(self, place, group, status)
+        end select
+        if (status%failed()) return
+        if (place%boundary%kind == BOUNDARY_TRACTION) call spread_traction(self, place)
+        deallocate (places)
+      end associate
+    end do
+
+  end subroutine read_boundaries
+
+  !> Local nodes and facets of several groups, each once.
+  subroutine list_boundary(self, places, node, facet)
+    type(mechanics_t), intent(in) :: self
+    integer, intent(in) :: places(:)
+    integer, allocatable, intent(out) :: node(:)
+    integer, allocatable, intent(out) :: facet(:)
+
+    logical :: has_facet(self%mesh%n_facet), has_node(self%mesh%n_node)
+    integer :: i
+
+    has_node = .false.
+    has_facet = .false.
+    do i = 1, size(places)
+      has_node(self%mesh%group_nodes(places(i))) = .true.
+      has_facet(self%mesh%group_facets(places(i))) = .true.
+    end do
+    node = pack([(i, i=1, size(has_node))], has_node)
+    facet = pack([(i, i=1, size(has_facet))], has_facet)
+
+  end subroutine list_boundary
+
+  !> Collective. A load needs a surface.
+  subroutine need_facets(self, place, group, status)
+    type(mechanics_t), intent(in) :: self
+    type(boundary_place_t), intent(in) :: place
+    type(group_t), intent(inout) :: group
+    type(status_t), intent(inout) :: status
+
+    integer(gp) :: n_facet
+
+    n_facet = size(place%facet, kind=gp)
+    call self%comm%sum(n_facet)
+    if (n_facet == 0_gp) then
+      call group%refuse('group', 'holds no facet of the bodies'' outer surface, which '// &
+                        'this kind of boundary needs')
+      call group%finish(status)
+    end if
+
+  end subroutine need_facets
+
+  !> Collective. Normal of a symmetry plane.
+  subroutine find_plane(self, place, group, status)
+    type(mechanics_t), intent(in) :: self
+    type(boundary_place_t), intent(inout) :: place
+    type(group_t), intent(inout) :: group
+    type(status_t), intent(inout) :: status
+
+    real(wp) :: normal(3), sums(4)
+    integer :: i
+
+    call need_facets(self, place, group, status)
+    if (status%failed()) return
+    sums = 0.0_wp
+    do i = 1, size(place%facet)
+      call facet_normal(self%mesh%coordinates(:, self%mesh%facet_node(:, place%facet(i))), normal)
+      sums = sums + [normal, norm2(normal)]
+    end do
+    call self%comm%sum(sums)
+    if (norm2(sums(1:3)) < (1.0_wp - FLATNESS) * sums(4)) then
+      call group%refuse('group', 'is not plane, as a symmetry must be')
+      call group%finish(status)
+      return
+    end if
+    normal = sums(1:3) / norm2(sums(1:3))
+    ! A coordinate plane is meant exactly
+    where (abs(normal) < FLATNESS) normal = 0.0_wp
+    place%normal = normal / norm2(normal)
+
+  end subroutine find_plane
+
+  !> Nodal areas of a surface, of this rank's facets.
+  subroutine spread_traction(self, place)
+    type(mechanics_t), intent(in) :: self
+    type(boundary_place_t), intent(inout) :: place
+
+    real(wp) :: normal(3)
+    integer :: i, n
+
+    n = self%mesh%dimension
+    allocate (place%area(self%mesh%n_node), source=0.0_wp)
+    do i = 1, size(place%facet)
+      associate (node => self%mesh%facet_node(:, place%facet(i)), x => self%mesh%coordinates)
+        call facet_normal(x(:, node), normal)
+        if (self%settings%kind == AXISYMMETRIC) then
+          place%area(node) = place%area(node) &
+            + norm2(normal) * TWO_PI / 6.0_wp * (x(1, node) + sum(x(1, node)))
+        else
+          place%area(node) = place%area(node) + norm2(normal) / n
+        end if
+      end associate
+    end do
+
+  end subroutine spread_traction
+
+  subroutine read_tools(self, deck, status)
+    type(mechanics_t), intent(inout) :: self
+    type(deck_t), intent(in) :: deck
+    type(status_t), intent(inout) :: status
+
+    type(group_t) :: group
+    type(motion_t) :: motion
+    real(wp) :: size_of_mesh, speed
+    integer :: i
+
+    ! Motions that no tool follows are checked all the same
+    do i = 1, deck%count('motion')
+      call deck%get('motion', i, group)
+      call motion_from_group(group, deck, trim(DIMENSION_NAMES(self%settings%kind)), motion, status)
+      if (status%failed()) return
+    end do
+    allocate (self%tools(deck%count('tool')))
+    size_of_mesh = maxval(abs(self%mesh%coordinates))
+    call self%comm%max(size_of_mesh)
+    speed = 0.0_wp
+    do i = 1, size(self%tools)
+      call deck%get('tool', i, group)
+      call tool_from_group(group, deck, trim(DIMENSION_NAMES(self%settings%kind)), self%tools(i), &
+                           status)
+      if (status%failed()) return
+      speed = max(speed, self%tools(i)%speed(size_of_mesh))
+    end do
+    do i = 1, size(self%boundaries)
+      associate (boundary => self%boundaries(i)%boundary)
+        if (boundary%kind == BOUNDARY_MOTION) speed = max(speed, norm2(boundary%velocity))
+      end associate
+    end do
+    self%slip_rate = FADING * speed
+
+  end subroutine read_tools
+
+  subroutine take_contact(group, slave, master, friction, penalty, tangential, separation)
+    type(group_t), intent(inout) :: group
+    character(len=64), allocatable, intent(out) :: slave(:)
+    character(len=:), allocatable, intent(out) :: master
+    character(len=:), allocatable, intent(out) :: friction
+    real(wp), intent(out) :: penalty
+    real(wp), intent(out) :: tangential
+    logical, intent(out) :: separation
+
+    allocate (slave(0))
+    master = ''
+    friction = 'none'
+    penalty = 10.0_wp
+    tangential = 1.0_wp
+    separation = .true.
+    call group%take_list('slave', slave, 'Name of a &body, whose whole surface except symmetry '// &
+                         'planes may touch, or physical groups of its surface.', required=.true.)
+    call group%take('master', master, 'Name of the &tool.', required=.true.)
+    call group%take('friction', friction, 'Name of the &friction; ''none'': frictionless.')
+    call group%take('penalty_factor', penalty, '1', 'Contact pressure by penetration, as a '// &
+                    'multiple of the stiffness of a cell.', above=0.0_wp)
+    call group%take('tangential_factor', tangential, '1', 'Friction stress by slip of a law '// &
+                    'that bonds, as a multiple of that of the pressure.', above=0.0_wp)
+    call group%take('separation', separation, 'False: nodes that touch stay on the tool, and '// &
+                    'the contact carries tension.')
+
+  end subroutine take_contact
+
+  subroutine read_contacts(self, deck, status)
+    type(mechanics_t), intent(inout) :: self
+    type(deck_t), intent(in) :: deck
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: friction, master
+    class(friction_law_t), allocatable :: law
+    character(len=64), allocatable :: slave(:)
+    type(group_t) :: friction_group, group, tool_group
+    integer, allocatable :: facet(:), node(:)
+    real(wp), allocatable :: nodal(:, :)
+    real(wp) :: penalty, tangential
+    integer :: i, j, tool
+    logical :: separation
+
+    call check_frictions(deck, status)
+    if (status%failed()) return
+    call nodal_stiffness(self, nodal)
+    allocate (self%contacts(deck%count('contact')))
+    do i = 1, size(self%contacts)
+      call deck%get('contact', i, group)
+      call take_contact(group, slave, master, friction, penalty, tangential, separation)
+      call find_slave(self, group, slave, facet)
+      call group%finish(status)
+      if (status%failed()) return
+      call deck%find('tool', master, tool_group, status, from=group, key='master')
+      if (status%failed()) return
+      tool = 0
+      do j = 1, size(self%tools)
+        if (self%tools(j)%name == master) tool = j
+      end do
+      if (friction == 'none') then
+        call default_friction(deck, law, status)
+      else
+        call deck%find('friction', friction, friction_group, status, from=group, key='friction')
+        if (status%failed()) return
+        call friction_from_group(friction_group, law, status)
+      end if
+      if (status%failed()) return
+      call check_friction(self, law, group, facet, status)
+      if (status%failed()) return
+      call surface_nodes(self, facet, node)
+      call tool_contact_create(group%name, tool, law, separation, facet, node, nodal(2, node), &
+                               penalty * nodal(1, node), penalty * tangential * nodal(1, node), &
+                               self%contacts(i))
+      call check_overlap(self, self%contacts(i), group, status)
+      if (status%failed()) return
+    end do
+
+  end subroutine read_contacts
+
+  !> Frictions that no contact uses are checked all the same.
+  subroutine check_frictions(deck, status)
+    type(deck_t), intent(in) :: deck
+    type(status_t), intent(inout) :: status
+
+    class(friction_law_t), allocatable :: law
+    type(group_t) :: group
+    integer :: i
+
+    do i = 1, deck%count('friction')
+      call deck%get('friction', i, group)
+      call friction_from_group(group, law, status)
+      if (status%failed()) return
+    end do
+
+  end subroutine check_frictions
+
+  !> Collective. A friction limited by the flow stress needs a body that flows, and a regularised
+  !> one a slip rate.
+  subroutine check_friction(self, law, group, facet, status)
+    type(mechanics_t), intent(in) :: self
+    class(friction_law_t), intent(in) :: law
+    !> `&contact`.
+    type(group_t), intent(in) :: group
+    integer, intent(in) :: facet(:)
+    type(status_t), intent(inout) :: status
+
+    integer :: i, material
+
+    if (law%is_regularised .and. law%regularisation_velocity <= 0.0_wp &
+        .and. self%slip_rate <= 0.0_wp) then
+      call status%raise(STATUS_ERROR, 'check_friction', group%describe('friction')//': no tool '// &
+                        'moves, so no slip rate follows from their speed: give '// &
+                        '`regularisation_velocity` in the &friction')
+    end if
+    if (law%uses_flow_stress) then
+      do i = 1, size(facet)
+        material = self%material_of_cell(self%mesh%facet_cell(facet(i)))
+        if (self%materials(material)%law%initial_flow_stress > 0.0_wp) cycle
+        call status%raise(STATUS_ERROR, 'check_friction', group%describe('friction')//': it is '// &
+                          'limited by the flow stress of the body, but material '// &
+                          self%materials(material)%name//' never flows: give `flow_stress` in '// &
+                          'the &friction')
+        exit
+      end do
+    end if
+    call self%comm%agree(status)
+
+  end subroutine check_friction
+
+  !> Facets of a body, or of groups of its surface.
+  subroutine find_slave(self, group, slave, facet)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(inout) :: group
+    character(len=*), intent(in) :: slave(:)
+    integer, allocatable, intent(out) :: facet(:)
+
+    logical :: touching(self%mesh%n_facet)
+    integer :: body, i, j, place
+
+    touching = .false.
+    allocate (facet(0))
+    do i = 1, size(slave)
+      body = 0
+      do j = 1, size(self%bodies)
+        if (self%bodies(j)%name == slave(i)) body = j
+      end do
+      if (body > 0) then
+        where (self%body_of_cell(self%mesh%facet_cell) == body) touching = .true.
+        do j = 1, size(self%boundaries)
+          if (self%boundaries(j)%boundary%kind /= BOUNDARY_SYMMETRY) cycle
+          touching(self%boundaries(j)%facet) = .false.
+        end do
+        if (self%settings%kind == AXISYMMETRIC) call leave_axis(self, touching)
+      else
+        place = checked_group(self, group, 'slave', trim(slave(i)), self%mesh%dimension - 1)
+        if (place == 0) return
+        touching(self%mesh%group_facets(place)) = .true.
+      end if
+    end do
+    facet = pack([(i, i=1, size(touching))], touching)
+
+  end subroutine find_slave
+
+  !> The axis of revolution is no surface.
+  subroutine leave_axis(self, touching)
+    type(mechanics_t), intent(in) :: self
+    logical, intent(inout) :: touching(:)
+
+    integer :: i
+
+    do i = 1, size(touching)
+      if (all(abs(self%mesh%coordinates(1, self%mesh%facet_node(:, i))) &
+              <= 1.0e-9_wp * self%cell_size)) touching(i) = .false.
+    end do
+
+  end subroutine leave_axis
+
+  !> Without friction, by the registry's own law of that name.
+  subroutine default_friction(deck, law, status)
+    use swage_deck, only: deck_from_text
+    type(deck_t), intent(in) :: deck
+    class(friction_law_t), allocatable, intent(out) :: law
+    type(status_t), intent(inout) :: status
+
+    type(deck_t) :: own
+    type(group_t) :: group
+
+    call deck_from_text('&friction name = ''none'', kind = ''none'' /', deck%path, own, status)
+    if (status%failed()) return
+    call own%get('friction', 1, group)
+    call friction_from_group(group, law, status)
+
+  end subroutine default_friction
+
+  !> Collective. This rank's own nodes of a surface whose facets may lie on other ranks.
+  subroutine surface_nodes(self, facet, node)
+    type(mechanics_t), intent(in) :: self
+    integer, intent(in) :: facet(:)
+    integer, allocatable, intent(out) :: node(:)
+
+    real(wp), allocatable :: touched(:, :)
+    integer :: i
+
+    allocate (touched(1, self%mesh%n_node), source=0.0_wp)
+    do i = 1, size(facet)
+      touched(1, self%mesh%facet_node(:, facet(i))) = 1.0_wp
+    end do
+    call self%mesh%halo%accumulate(touched)
+    node = pack([(i, i=1, self%mesh%n_own_node)], touched(1, :self%mesh%n_own_node) > 0.0_wp)
+
+  end subroutine surface_nodes
+
+  !> Collective. Means over the cells around each node: stiffness 3G by cell size, and cell size.
+  subroutine nodal_stiffness(self, nodal)
+    type(mechanics_t), intent(in) :: self
+    !> [stress/length], [length], and the number of cells; shape (3, n_node).
+    real(wp), allocatable, intent(out) :: nodal(:, :)
+
+    real(wp) :: size_of_cell(self%mesh%n_cell)
+    integer :: a, cell
+
+    allocate (nodal(3, self%mesh%n_node), source=0.0_wp)
+    size_of_cell = self%mesh%cell_size()
+    do cell = 1, self%mesh%n_cell
+      associate (modulus => self%materials(self%material_of_cell(cell))%law%reference_modulus)
+        do a = 1, size(self%mesh%cell_node, 1)
+          associate (node => nodal(:, self%mesh%cell_node(a, cell)))
+            node = node + [1.5_wp * modulus / size_of_cell(cell), size_of_cell(cell), 1.0_wp]
+          end associate
+        end do
+      end associate
+    end do
+    call self%mesh%halo%accumulate(nodal)
+    nodal(1, :) = nodal(1, :) / nodal(3, :)
+    nodal(2, :) = nodal(2, :) / nodal(3, :)
+
+  end subroutine nodal_stiffness
+
+  !> A tool drawn into the body is a mistake in the input.
+  subroutine check_overlap(self, contact, group, status)
+    type(mechanics_t), intent(in) :: self
+    type(tool_contact_t), intent(in) :: contact
+    type(group_t), intent(in) :: group
+    type(status_t), intent(inout) :: status
+
+    real(wp) :: deepest, hessian(3, 3), normal(3), penetration, x(3)
+    integer :: i, worst
+
+    deepest = 0.0_wp
+    worst = 0
+    do i = 1, size(contact%node)
+      x = 0.0_wp
+      x(:self%mesh%dimension) = self%mesh%coordinates(:, contact%node(i))
+      call self%tools(contact%tool)%project(x, penetration, normal, hessian)
+      if (penetration > LARGEST_OVERLAP * contact%size(i) .and. penetration > deepest) then
+        deepest = penetration
+        worst = contact%node(i)
+      end if
+    end do
+    if (worst > 0) then
+      call status%raise(STATUS_ERROR, 'check_overlap', group%describe('master')//': at the start '// &
+                        'node '//text(int(self%mesh%node_tag(worst)))// &
+                        near(self%mesh%coordinates(:, worst))//' is '//text(deepest)// &
+                        ' [length] inside the tool, more than a tenth of its cells: move the '// &
+                        'tool out of the body')
+    end if
+    call self%comm%agree(status)
+
+  end subroutine check_overlap
+
+  !> What refers to the whole: cells on the right side of the axis, something that moves the bodies.
+  subroutine check_rest(self, status)
+    type(mechanics_t), intent(in) :: self
+    type(status_t), intent(inout) :: status
+
+    integer :: i
+
+    if (self%settings%kind == AXISYMMETRIC) then
+      i = minloc(self%mesh%coordinates(1, :), dim=1)
+      if (self%mesh%coordinates(1, i) < -1.0e-9_wp * self%cell_size) then
+        call status%raise(STATUS_ERROR, 'check_rest', 'node '// &
+                          text(int(self%mesh%node_tag(i)))//' lies at the negative radius '// &
+                          text(self%mesh%coordinates(1, i))//': an axisymmetric mesh has x, the '// &
+                          'radius, at least 0', EXIT_MESH)
+      end if
+    end if
+    if (size(self%boundaries) == 0 .and. size(self%contacts) == 0) then
+      call status%raise(STATUS_ERROR, 'check_rest', 'nothing holds or moves the bodies: give '// &
+                        'a &boundary or a &contact')
+    end if
+
+  end subroutine check_rest
+
+end submodule swage_mechanics_setup
