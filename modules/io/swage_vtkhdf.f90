@@ -17,6 +17,7 @@ module swage_vtkhdf
   use swage_kinds, only: gp, wp
   use swage_mandel, only: SQRT2
   use swage_output_path, only: describe_refusal
+  use swage_result_checks, only: check_mesh, check_values
   use swage_status, only: status_t, EXIT_FILE, STATUS_ERROR
   use swage_text, only: text
   use swage_units, only: shown, units_t
@@ -190,6 +191,7 @@ contains
       call hdf5_create_table(self%root, trim(COUNTS(i)), H5T_STD_I64LE, LIST, MIN_CHUNK, broken)
     end do
     call hdf5_create_table(self%steps, 'Values', H5T_IEEE_F64LE, LIST, MIN_CHUNK, broken)
+    call describe_unit(self, self%steps, 'Values', 'time', broken)
     do i = 1, size(LISTS)
       call hdf5_create_table(self%steps, trim(LISTS(i)), H5T_STD_I64LE, LIST, MIN_CHUNK, broken)
     end do
@@ -200,6 +202,30 @@ contains
     call settle(self, 'vtkhdf_open', broken, status)
 
   end subroutine create_tables
+
+  !> Attach the unit of a table that is no field.
+  subroutine describe_unit(self, location, name, dimension, broken)
+    class(vtkhdf_t), intent(in) :: self
+    integer(hid_t), intent(in) :: location
+    character(len=*), intent(in) :: name
+    character(len=*), intent(in) :: dimension
+    logical, intent(inout) :: broken
+
+    character(len=:), allocatable :: label
+    type(status_t) :: status
+    integer(hid_t) :: dataset
+    integer :: code
+
+    call self%units%get_label(dimension, label, status)
+    broken = broken .or. status%failed()
+    call h5dopen_f(location, name, dataset, code)
+    call note_code(code, broken)
+    call hdf5_write_text(dataset, 'unit', label, broken)
+    call hdf5_write_text(dataset, 'dimension', dimension, broken)
+    call h5dclose_f(dataset, code)
+    call note_code(code, broken)
+
+  end subroutine describe_unit
 
   !> Collective. The text becomes an attribute of the file's root: `title`, `dimension` ...
   subroutine vtkhdf_describe(self, key, string, status)
@@ -274,42 +300,6 @@ contains
 
   end subroutine vtkhdf_begin_step
 
-  !> Refuse a mesh that VTK would stumble over.
-  subroutine check_mesh(points, connectivity, offsets, types, path, status)
-    real(wp), contiguous, intent(in) :: points(:, :)
-    integer, contiguous, intent(in) :: connectivity(:)
-    integer, contiguous, intent(in) :: offsets(:)
-    integer, contiguous, intent(in) :: types(:)
-    character(len=*), intent(in) :: path
-    type(status_t), intent(inout) :: status
-
-    character(len=:), allocatable :: fault
-    integer :: i, n_cell
-
-    n_cell = size(types)
-    fault = ''
-    if (size(points, 1) /= 3) fault = 'a point has '//text(size(points, 1))//' coordinates, not 3'
-    if (size(offsets) /= n_cell + 1) then
-      fault = text(size(offsets))//' offsets for '//text(n_cell)//' cells: one more is needed'
-    else if (offsets(1) /= 0 .or. offsets(n_cell + 1) /= size(connectivity)) then
-      fault = 'the offsets do not span the connectivity'
-    else if (any(offsets(2:) < offsets(:n_cell))) then
-      fault = 'the offsets of the cells decrease'
-    end if
-    if (any(connectivity < 0) .or. any(connectivity >= size(points, 2))) then
-      fault = 'a cell names a point its part does not have'
-    end if
-    do i = 1, size(points, 2)
-      if (all(is_finite(points(:, i)))) cycle
-      fault = 'point '//text(i)//' of this rank has a coordinate that is not a finite number'
-      exit
-    end do
-    if (fault /= '') then
-      call status%raise(STATUS_ERROR, 'vtkhdf_begin_step', path//': '//fault, EXIT_FILE)
-    end if
-
-  end subroutine check_mesh
-
   !> Write the tables of the mesh; create them first when this is the first step.
   subroutine write_mesh(self, points, connectivity, offsets, types, status)
     class(vtkhdf_t), intent(inout) :: self
@@ -330,6 +320,7 @@ contains
     if (.not. self%has_mesh) then
       call hdf5_create_table(self%root, 'Points', H5T_IEEE_F64LE, 3, &
                              chunk_of(self%n_total(POINTS_OF)), broken)
+      call describe_unit(self, self%root, 'Points', 'length', broken)
       call hdf5_create_table(self%root, 'Connectivity', H5T_STD_I64LE, LIST, &
                              chunk_of(self%n_total(CORNERS_OF)), broken)
       call hdf5_create_table(self%root, 'Offsets', H5T_STD_I64LE, LIST, &
@@ -519,36 +510,6 @@ contains
     self%fields(i)%is_written = .not. status%failed()
 
   end subroutine write_reals
-
-  !> Refuse numbers a picture could not show.
-  subroutine check_values(name, values, is_single, rank, status)
-    character(len=*), intent(in) :: name
-    real(wp), contiguous, intent(in) :: values(:, :)
-    logical, intent(in) :: is_single
-    integer, intent(in) :: rank
-    type(status_t), intent(inout) :: status
-
-    real(wp), parameter :: LARGEST_SINGLE = real(huge(1.0_real32), wp)
-    character(len=:), allocatable :: fault
-    integer :: i, j
-
-    do j = 1, size(values, 2)
-      do i = 1, size(values, 1)
-        if (.not. is_finite(values(i, j))) then
-          fault = 'is not a finite number'
-        else if (is_single .and. abs(values(i, j)) > LARGEST_SINGLE) then
-          fault = '('//text(values(i, j))//') is too large for single precision'
-        else
-          cycle
-        end if
-        call status%raise(STATUS_ERROR, 'vtkhdf_field', 'field '//trim(name)//': component '// &
-                          text(i)//' of item '//text(j)//' on rank '//text(rank)//' '//fault, &
-                          EXIT_FILE)
-        return
-      end do
-    end do
-
-  end subroutine check_values
 
   !> Collective. Agree whether a field may be written now; create its tables in the first step.
   subroutine admit_field(self, support, name, n_component, n_item, is_integer, dimension, &
