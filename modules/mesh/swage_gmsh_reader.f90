@@ -153,7 +153,8 @@ contains
     type(gmsh_reading_t), intent(inout) :: reading
     type(status_t), intent(inout) :: status
 
-    character(len=*), parameter :: REMEDY = ': save it with Mesh.MshFileVersion = 4.1 and Mesh.Binary = 0'
+    character(len=*), parameter :: REMEDY = &
+      ': save it with Mesh.MshFileVersion = 4.1 and Mesh.Binary = 0'
     character(len=:), allocatable :: line
     integer(gp) :: kind_of_file
     real(wp) :: version
