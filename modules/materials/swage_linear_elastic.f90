@@ -1,6 +1,7 @@
 !> Isotropic linear elasticity of the Jaumann rate of stress, without limit.
 module swage_linear_elastic
   use swage_elasticity, only: elasticity_t
+  use swage_finite, only: is_finite
   use swage_group, only: group_t
   use swage_isotropic_tangent, only: set_isotropic_tangent
   use swage_kinds, only: wp
@@ -56,7 +57,7 @@ contains
 
   end subroutine linear_elastic_from_group
 
-  !> See [[material_law_t:update]]. Never fails.
+  !> See [[material_law_t:update]]. A point fails when its stress is not finite.
   pure subroutine linear_elastic_update(self, batch, n_failed)
     class(linear_elastic_t), intent(in) :: self
     type(point_batch_t), intent(inout) :: batch
@@ -74,6 +75,7 @@ contains
       batch%bubble_modulus(point) = self%modulus
       batch%relaxation_factor(point) = 1.0_wp
       batch%flow_stress(point) = 0.0_wp
+      if (.not. all(is_finite(batch%deviatoric_stress(:, point)))) n_failed = n_failed + 1
     end do
 
   end subroutine linear_elastic_update

@@ -10,7 +10,7 @@
 !> Source: N. J. Hoff, Approximate analysis of structures in the presence of moderately large
 !> creep deformations, Q. Appl. Math. 12 (1954) 49–55.
 module swage_norton_hoff
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use swage_finite, only: is_finite
   use swage_group, only: group_t
   use swage_isotropic_tangent, only: set_isotropic_tangent
   use swage_kinds, only: wp
@@ -118,7 +118,7 @@ contains
         batch%state_new(ROW_STRAIN, point) = batch%state_old(ROW_STRAIN, point) + batch%dt * rate
         batch%state_new(ROW_RATE, point) = rate
 
-        if (.not. ieee_is_finite(viscosity)) n_failed = n_failed + 1
+        if (.not. is_finite(viscosity)) n_failed = n_failed + 1
 
       end do
     end associate

@@ -14,8 +14,8 @@
 !>
 !> Source: J. C. Simo and T. J. R. Hughes, Computational Inelasticity (1998), chapter 3.
 module swage_radial_return
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use swage_elasticity, only: elasticity_t
+  use swage_finite, only: is_finite
   use swage_flow_stress, only: flow_stress_t
   use swage_isotropic_tangent, only: set_isotropic_tangent
   use swage_kinds, only: wp
@@ -95,9 +95,8 @@ contains
 
   end subroutine radial_return_create
 
-  !> See [[material_law_t:update]]. A point fails when its trial stress is not finite, or when it
-  !> softens faster than elasticity unloads, so that no increment or no unique one exists; it is
-  !> left with its trial stress.
+  !> See [[material_law_t:update]]. A point fails when its trial stress is not finite or no
+  !> increment is found; it is left with its trial stress.
   pure subroutine radial_return_update(self, batch, n_failed)
     class(radial_return_law_t), intent(in) :: self
     type(point_batch_t), intent(inout) :: batch
@@ -123,18 +122,20 @@ contains
       direction = 0.0_wp
       relaxation = 1.0_wp
       loss = 0.0_wp
-      if (trial_equivalent > threshold) then
+      if (.not. is_finite(trial_equivalent)) then
+        n_failed = n_failed + 1
+      else if (trial_equivalent > threshold) then
         call find_increment(self, trial_equivalent, strain_old, batch%temperature_new(point), &
                             batch%dt, back)
-      end if
-      if (back%found) then
-        relaxation = 1.0_wp - 3.0_wp * self%shear_modulus * back%increment / trial_equivalent
-        direction = trial_stress / trial
-        loss = modulus &
-          * (3.0_wp * self%shear_modulus / back%resistance - (1.0_wp - relaxation))
-      else if (.not. trial_equivalent <= threshold) then
-        n_failed = n_failed + 1
-        back = return_t(flow_stress=threshold)
+        if (back%found) then
+          relaxation = 1.0_wp - 3.0_wp * self%shear_modulus * back%increment / trial_equivalent
+          direction = trial_stress / trial
+          loss = modulus &
+            * (3.0_wp * self%shear_modulus / back%resistance - (1.0_wp - relaxation))
+        else
+          n_failed = n_failed + 1
+          back = return_t(flow_stress=threshold)
+        end if
       end if
 
       batch%deviatoric_stress(:, point) = relaxation * trial_stress
@@ -155,8 +156,9 @@ contains
   !> Solve \(f(x) = 0\) by Newton's method inside a bracket that only shrinks.
   !>
   !> The overstress is steep at rest and flat later, so the search starts on the steep side, from
-  !> where Newton's method climbs without overshooting. A step out of the bracket, or impatience,
-  !> is replaced by a bisection.
+  !> where Newton's method climbs without overshooting. A bisection replaces a step that leaves the
+  !> bracket or stands still, one after two that have not halved the residual, and, in a long
+  !> search, every second one: it must not creep.
   pure subroutine find_increment(self, trial, strain_old, temperature, dt, back)
     class(radial_return_law_t), intent(in) :: self
     !> \(q^{tr}\), above the threshold at `strain_old` [stress].
@@ -169,13 +171,11 @@ contains
     real(wp), intent(in) :: dt
     type(return_t), intent(inout) :: back
 
-    real(wp) :: by_increment, by_stress, high, low, next, overstress, residual, slope, stiffness
-    real(wp) :: stress, threshold, threshold_old, x
+    real(wp) :: by_increment, by_stress, high, low, next, overstress, residual, residual_before
+    real(wp) :: residual_last, slope, stiffness, stress, threshold, threshold_old, x
     integer :: iteration
 
     back%found = .false.
-    if (.not. ieee_is_finite(trial)) return
-
     stiffness = 3.0_wp * self%shear_modulus
     threshold_old = back%flow_stress
     low = 0.0_wp
@@ -187,6 +187,8 @@ contains
     overstress = 0.0_wp
     by_increment = 0.0_wp
     by_stress = 0.0_wp
+    residual_before = huge(1.0_wp)
+    residual_last = huge(1.0_wp)
 
     do iteration = 1, MAX_ITERATIONS
 
@@ -224,10 +226,12 @@ contains
         end if
       end if
       if (back%resistance <= 0.0_wp .or. .not. (next > low .and. next <= high) .or. &
-          abs(next - x) <= STEP_TOLERANCE * x .or. &
-          (iteration > PATIENCE .and. mod(iteration, 2) == 0)) then
+          abs(next - x) <= STEP_TOLERANCE * x .or. abs(residual) > 0.5_wp * abs(residual_before) &
+          .or. (iteration > PATIENCE .and. mod(iteration, 2) == 0)) then
         next = middle(low, high, trial / stiffness)
       end if
+      residual_before = residual_last
+      residual_last = residual
       x = next
 
     end do
