@@ -53,10 +53,15 @@ function(add_pfunit_ctest name)
   target_link_libraries(${name} PRIVATE ${arg_LINK_LIBRARIES} swage_test_runner swage_flags)
   add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} --oversubscribe
     ${MPIEXEC_NUMPROC_FLAG} ${arg_MAX_PES} ${MPIEXEC_PREFLAGS} $<TARGET_FILE:${name}>)
+  # Jobs that start and end together must not share the session folder of Open MPI: one may remove
+  # it while the other is about to use it.
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT "TMPDIR=${folder}")
 endfunction()
 
 # The runner must also fail when it should.
 add_test(NAME check_runner COMMAND Python3::Interpreter "${CMAKE_CURRENT_LIST_DIR}/check_runner"
   "${MPI_Fortran_COMPILER}" "${CMAKE_BINARY_DIR}" "${MPIEXEC_EXECUTABLE}" --oversubscribe
   ${MPIEXEC_PREFLAGS} ${MPIEXEC_NUMPROC_FLAG})
-set_tests_properties(check_runner PROPERTIES LABELS unit TIMEOUT 300)
+file(MAKE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/check_runner")
+set_tests_properties(check_runner PROPERTIES LABELS unit TIMEOUT 300
+  ENVIRONMENT "TMPDIR=${CMAKE_CURRENT_BINARY_DIR}/check_runner")
