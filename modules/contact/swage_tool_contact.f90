@@ -23,6 +23,9 @@ module swage_tool_contact
   !> A node this close to the tool, by its cell size, is in contact from the start when the
   !> contact cannot separate.
   real(wp), parameter :: TOUCHING = 1.0e-6_wp
+  !> A node drawn on the tool is in contact although rounding may have put it outside, by this
+  !> share of its cell size: a body that rests on a tool is held from the first iteration.
+  real(wp), parameter :: ROUNDING = 1.0e-12_wp
 
   !> One pair of surface and tool. Node lists hold this rank's own nodes.
   type :: tool_contact_t
@@ -212,7 +215,7 @@ contains
         x(:n) = x_new(:, node)
         call tool%project(x, penetration, normal, hessian)
         self%penetration(i) = penetration
-        active = penetration > 0.0_wp .or. self%bonded(i)
+        active = penetration > -ROUNDING * self%size(i) .or. self%bonded(i)
         if (active .neqv. self%active(i)) self%n_changed = self%n_changed + 1
         self%active(i) = active
         self%pressure(i) = 0.0_wp

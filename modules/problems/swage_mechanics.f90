@@ -21,7 +21,7 @@ module swage_mechanics
   use swage_point_batch, only: point_batch_t
   use swage_rigid_tool, only: rigid_tool_t
   use swage_status, only: EXIT_CONVERGENCE, status_t, STATUS_ERROR, STATUS_RETRY
-  use swage_text, only: text
+  use swage_text, only: near, text
   use swage_tool_contact, only: facet_normal, tool_contact_t
   use swage_unknowns, only: unknowns_t
   implicit none(type, external)
@@ -205,7 +205,7 @@ module swage_mechanics
     procedure :: history_values => mechanics_history_values
     !> Collective. Fields at the last accepted step.
     procedure :: collect_fields => mechanics_collect_fields
-    !> The tools as they stand, for pictures.
+    !> Collective. The tools as they stand, for pictures: on rank 0, empty elsewhere.
     procedure :: tool_surface => mechanics_tool_surface
     !> Collective. What was read and built, for the log.
     procedure :: summary => mechanics_summary
@@ -697,21 +697,6 @@ contains
     end if
 
   end subroutine measure_errors
-
-  !> ' at (x, y, z)'.
-  pure function near(x) result(place)
-    real(wp), intent(in) :: x(:)
-    character(len=:), allocatable :: place
-
-    integer :: k
-
-    place = ' at ('//text(x(1))
-    do k = 2, size(x)
-      place = place//', '//text(x(k))
-    end do
-    place = place//')'
-
-  end function near
 
   function mechanics_describe_worst(self) result(place)
     class(mechanics_t), intent(in) :: self

@@ -1,0 +1,19 @@
+// One eighth of a round bar, radius 6.413 mm, length 53.334 mm: x, y, z >= 0, finer at the neck.
+SetFactory("OpenCASCADE");
+Cylinder(1) = {0, 0, 0, 0, 0, 26.667, 6.413, Pi / 2};
+e = 1e-3;
+x0() = Surface In BoundingBox {-e, -e, -e, e, 6.413 + e, 26.667 + e};
+y0() = Surface In BoundingBox {-e, -e, -e, 6.413 + e, e, 26.667 + e};
+z0() = Surface In BoundingBox {-e, -e, -e, 6.413 + e, 6.413 + e, e};
+end() = Surface In BoundingBox {-e, -e, 26.667 - e, 6.413 + e, 6.413 + e, 26.667 + e};
+Physical Volume("bar") = {1};
+Physical Surface("x0") = {x0()};
+Physical Surface("y0") = {y0()};
+Physical Surface("z0") = {z0()};
+Physical Surface("end") = {end()};
+Field[1] = MathEval;
+Field[1].F = "0.55 + 0.05 * z";
+Background Field = 1;
+Mesh.MeshSizeFromPoints = 0;
+Mesh.MeshSizeFromCurvature = 0;
+Mesh.MeshSizeExtendFromBoundary = 0;

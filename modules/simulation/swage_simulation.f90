@@ -1,0 +1,677 @@
+!> A run from its input file to its results, one increment at a time.
+module swage_simulation
+  use swage_build_info, only: BUILD_COMPILER, BUILD_TYPE, SWAGE_VERSION
+  use swage_case, only: case_from_deck, case_t
+  use swage_comm, only: comm_t
+  use swage_deck, only: deck_from_text, deck_load, deck_t
+  use swage_field_list, only: field_list_t
+  use swage_input_reference, only: group_kinds
+  use swage_kinds, only: gp, wp
+  use swage_log, only: clock_text, log_t
+  use swage_mechanics, only: mechanics_create, mechanics_settings_t, mechanics_t
+  use swage_memory, only: peak_memory
+  use swage_mesh, only: mesh_t
+  use swage_mesh_distribution, only: mesh_load
+  use swage_mini_element, only: THREE_DIMENSIONAL
+  use swage_newton, only: newton_report_t, newton_solve
+  use swage_output_path, only: check_writable
+  use swage_result_files, only: check_field_names, result_files_t
+  use swage_spelling, only: did_you_mean, listed
+  use swage_status, only: status_t, EXIT_CONVERGENCE, STATUS_ERROR, STATUS_RETRY
+  use swage_step_control, only: step_control_create, step_control_t
+  use swage_text, only: text
+  implicit none(type, external)
+  private
+
+  public :: simulation_t
+
+  !> Attempts at an increment that start from the rate of the last one. When they have failed, that
+  !> rate may be the reason.
+  integer, parameter :: EXTRAPOLATED_ATTEMPTS = 2
+
+  !> An increment was easy when it took at most this share of the iterations that are allowed.
+  real(wp), parameter :: EASY_SHARE = 0.5_wp
+
+  !> Iterations that any increment may take and still be easy.
+  integer, parameter :: ALWAYS_EASY = 4
+
+  !> Counts of a run.
+  type :: tally_t
+    !> Accepted increments, failed attempts, Newton iterations of either.
+    integer :: n_increment = 0
+    integer :: n_cut = 0
+    integer :: n_iteration = 0
+    integer :: n_failed_iteration = 0
+    !> CPU time at the start [s].
+    real(wp) :: cpu_start = 0.0_wp
+  end type tally_t
+
+  !> A simulation. Owns files and factors: call `finish`; do not copy.
+  !>
+  !> All bindings that take a `status` are collective over the communicator given to `start`, and
+  !> leave the same status on all ranks. After a failure only `finish` and the queries may be
+  !> called; the problem then holds the last converged state.
+  type :: simulation_t
+    !> The problem; for programs that read more than named fields.
+    type(mechanics_t) :: mechanics
+    type(comm_t), private :: comm
+    type(case_t), private :: case
+    type(deck_t), private :: deck
+    type(log_t), private :: log
+    type(result_files_t), private :: files
+    type(step_control_t), private :: control
+    type(tally_t), private :: tally
+    !> The run writes files and has not been finished.
+    logical, private :: is_running = .false.
+    !> Length of the last increment [time] and its iterations.
+    real(wp), private :: dt = 0.0_wp
+    integer, private :: n_iteration = 0
+  contains
+    !> Read the input, build the problem, open the files, write the start.
+    procedure, public :: start => simulation_start
+    !> Read and build all the same, but solve and write nothing.
+    procedure, public :: check => simulation_check
+    !> Advance by one accepted increment.
+    procedure, public :: advance => simulation_advance
+    !> Advance until a time, which is met exactly.
+    procedure, public :: advance_to => simulation_advance_to
+    !> Advance to the end.
+    procedure, public :: run => simulation_run
+    !> Write the fields of the present state.
+    procedure, public :: write => simulation_write
+    !> Write the last state and the totals, and close everything. Harmless when called twice.
+    procedure, public :: finish => simulation_finish
+    !> Copy of a field of this rank.
+    procedure, public :: get_field => simulation_get_field
+    !> Present time [time].
+    procedure, public :: get_time => simulation_get_time
+    !> End of the last step [time].
+    procedure, public :: get_end => simulation_get_end
+    !> Accepted increments.
+    procedure, public :: get_increment => simulation_get_increment
+    !> Start of the names of the result files.
+    procedure, public :: get_prefix => simulation_get_prefix
+    !> True when all steps are done.
+    procedure, public :: is_done => simulation_is_done
+    procedure, private :: prepare => simulation_prepare
+    procedure, private :: open_files => simulation_open_files
+    procedure, private :: advance_before => simulation_advance_before
+    procedure, private :: attempt => simulation_attempt
+    procedure, private :: accept => simulation_accept
+    procedure, private :: give_up => simulation_give_up
+    procedure, private :: write_report => simulation_write_report
+    procedure, private :: write_head => simulation_write_head
+    procedure, private :: write_totals => simulation_write_totals
+    procedure, private :: time_text => simulation_time_text
+  end type simulation_t
+
+contains
+
+  !> Faulty input is found before any file is opened: results of an earlier run survive it.
+  subroutine simulation_start(self, path, comm, status, content, prefix, echo)
+    class(simulation_t), intent(inout) :: self
+    !> Of the input file; paths in it start in its folder.
+    character(len=*), intent(in) :: path
+    type(comm_t), intent(in) :: comm
+    !> `STATUS_ERROR` when input or mesh are faulty or the result files cannot be created.
+    type(status_t), intent(inout) :: status
+    !> Text to take in place of the file, which then need not exist.
+    character(len=*), intent(in), optional :: content
+    !> Start of the names of the result files, in place of the one that the input gives.
+    character(len=*), intent(in), optional :: prefix
+    !> Whether rank 0 prints the log and the progress; false when absent.
+    logical, intent(in), optional :: echo
+
+    logical :: prints
+
+    call self%finish(status)
+    if (status%failed()) return
+    call self%prepare(path, comm, status, content)
+    if (status%failed()) return
+    if (present(prefix)) self%case%output%prefix = prefix
+
+    prints = .false.
+    if (present(echo)) prints = echo
+    call self%open_files(prints, status)
+    if (status%failed()) return
+
+    call self%write_head()
+    call self%files%add_row(self%mechanics, 0.0_wp, 0.0_wp, 0, status)
+    if (status%failed()) return
+    call self%write(status)
+    if (status%failed()) return
+    call self%log%start_progress(0.0_wp, self%get_end(), unit_of_time(self))
+
+  end subroutine simulation_start
+
+  subroutine simulation_check(self, path, comm, summary, status, content)
+    class(simulation_t), intent(inout) :: self
+    character(len=*), intent(in) :: path
+    type(comm_t), intent(in) :: comm
+    !> What was found, in a few lines.
+    character(len=:), allocatable, intent(out) :: summary
+    !> As of [[simulation_t:start]], without files.
+    type(status_t), intent(inout) :: status
+    character(len=*), intent(in), optional :: content
+
+    character(len=:), allocatable :: problem
+
+    summary = ''
+    call self%finish(status)
+    if (status%failed()) return
+    call self%prepare(path, comm, status, content)
+    if (status%failed()) return
+    call self%mechanics%summary(problem)
+    summary = problem//new_line('a')//steps_text(self)
+    call self%finish(status)
+
+  end subroutine simulation_check
+
+  !> Everything up to the first file that is written.
+  subroutine simulation_prepare(self, path, comm, status, content)
+    class(simulation_t), intent(inout) :: self
+    character(len=*), intent(in) :: path
+    type(comm_t), intent(in) :: comm
+    type(status_t), intent(inout) :: status
+    character(len=*), intent(in), optional :: content
+
+    type(mechanics_settings_t) :: settings
+    type(mesh_t) :: mesh
+    type(tally_t) :: nothing
+
+    self%comm = comm
+    self%tally = nothing
+    call forget(self%mechanics)
+    call cpu_time(self%tally%cpu_start)
+    if (present(content)) then
+      call deck_from_text(content, path, self%deck, status)
+    else
+      call deck_load(path, comm, self%deck, status)
+    end if
+    if (.not. status%failed()) call self%deck%check_kinds(group_kinds(), status)
+    if (.not. status%failed()) call case_from_deck(self%deck, self%case, status)
+    call comm%agree(status)
+    if (status%failed()) return
+
+    associate (job => self%case%job, solver => self%case%solver)
+      call mesh_load(self%case%mesh%path, merge(3, 2, job%kind == THREE_DIMENSIONAL), &
+                     self%case%mesh%scale, comm, mesh, status)
+      if (status%failed()) return
+      settings%kind = job%kind
+      settings%fixed_geometry = job%fixed_geometry
+      settings%symmetric = solver%symmetric
+      settings%bubble_factor = solver%bubble_factor
+      settings%grad_div = solver%grad_div
+      settings%initial_temperature = job%temperature
+      call mechanics_create(comm, self%deck, job%unit_system, mesh, settings, self%mechanics, &
+                            status)
+    end associate
+    call comm%agree(status)
+    if (status%failed()) return
+
+    call check_field_names(self%mechanics, self%case%output%fields, self%case%output%group, status)
+    call comm%agree(status)
+    self%control = step_control_create(self%case%steps)
+
+  end subroutine simulation_prepare
+
+  !> Make a problem as good as new.
+  subroutine forget(mechanics)
+    type(mechanics_t), intent(out) :: mechanics
+
+    mechanics%time = 0.0_wp
+
+  end subroutine forget
+
+  subroutine simulation_open_files(self, prints, status)
+    class(simulation_t), intent(inout) :: self
+    logical, intent(in) :: prints
+    type(status_t), intent(inout) :: status
+
+    call check_writable(self%case%output%prefix, self%comm, status)
+    if (status%failed()) return
+    self%is_running = .true.
+    call self%log%open(self%case%output%prefix//'.log', self%comm%rank, prints, status)
+    call self%comm%agree(status)
+    if (status%failed()) return
+    call self%files%open(self%case, self%comm, self%mechanics, status)
+
+  end subroutine simulation_open_files
+
+  subroutine simulation_advance(self, status)
+    class(simulation_t), intent(inout) :: self
+    !> `STATUS_ERROR` when the shortest allowed increment has failed, or repeating cannot help.
+    type(status_t), intent(inout) :: status
+
+    call self%advance_before(huge(1.0_wp), status)
+
+  end subroutine simulation_advance
+
+  subroutine simulation_advance_to(self, time, status)
+    class(simulation_t), intent(inout) :: self
+    !> [time]; beyond the end it means the end, in the past nothing happens.
+    real(wp), intent(in) :: time
+    !> As of [[simulation_t:advance]].
+    type(status_t), intent(inout) :: status
+
+    do while (.not. self%is_done() .and. self%control%get_event_horizon() < time)
+      call self%advance_before(time, status)
+      if (status%failed()) return
+    end do
+
+  end subroutine simulation_advance_to
+
+  subroutine simulation_run(self, status)
+    class(simulation_t), intent(inout) :: self
+    !> As of [[simulation_t:advance]].
+    type(status_t), intent(inout) :: status
+
+    do while (.not. self%is_done())
+      call self%advance(status)
+      if (status%failed()) return
+    end do
+
+  end subroutine simulation_run
+
+  !> One accepted increment that does not pass a time.
+  subroutine simulation_advance_before(self, time, status)
+    class(simulation_t), intent(inout) :: self
+    !> [time]
+    real(wp), intent(in) :: time
+    type(status_t), intent(inout) :: status
+
+    type(newton_report_t) :: report
+    type(status_t) :: outcome
+    integer :: attempt
+    logical :: is_possible
+    real(wp) :: event, start, target_time
+
+    if (self%is_done()) return
+    start = self%get_time()
+    event = min(time, self%mechanics%next_event(self%control%get_event_horizon()))
+    attempt = 0
+    do
+      attempt = attempt + 1
+      call self%control%propose(event, self%mechanics%suggested_time_step(), target_time)
+      call outcome%clear()
+      call self%attempt(start, target_time, attempt, report, outcome)
+      call self%write_report()
+      if (.not. outcome%failed()) exit
+
+      call self%mechanics%reject_step()
+      self%tally%n_cut = self%tally%n_cut + 1
+      self%tally%n_failed_iteration = self%tally%n_failed_iteration + report%n_iteration
+      call self%files%add_attempt(self%tally%n_increment + 1, attempt, report%n_iteration, &
+                                  target_time, target_time - start, 'failed: '// &
+                                  trim(outcome%message))
+      is_possible = outcome%severity == STATUS_RETRY
+      if (is_possible) call self%control%cut(is_possible)
+      if (.not. is_possible) then
+        call self%give_up(target_time - start, outcome, status)
+        return
+      end if
+      call self%log%write('increment '//text(self%tally%n_increment + 1)//' cut: dt '// &
+                          self%time_text(target_time - start)//' failed: '//trim(outcome%message))
+    end do
+
+    call self%accept(target_time, attempt, report, status)
+
+  end subroutine simulation_advance_before
+
+  !> Solve one increment, without consequences.
+  subroutine simulation_attempt(self, time_old, time_new, attempt, report, status)
+    class(simulation_t), intent(inout) :: self
+    !> [time]
+    real(wp), intent(in) :: time_old
+    real(wp), intent(in) :: time_new
+    !> From 1.
+    integer, intent(in) :: attempt
+    type(newton_report_t), intent(out) :: report
+    !> `STATUS_RETRY` when a shorter increment may succeed.
+    type(status_t), intent(inout) :: status
+
+    logical :: extrapolate
+
+    extrapolate = self%tally%n_increment > 0 .and. attempt <= EXTRAPOLATED_ATTEMPTS
+    if (extrapolate) extrapolate = .not. self%mechanics%changes_course(time_old)
+    call self%mechanics%begin_step(time_old, time_new, extrapolate, status)
+    call self%comm%agree(status)
+    if (status%failed()) return
+    call newton_solve(self%mechanics, self%case%solver%newton, report, status)
+    call self%comm%agree(status)
+
+  end subroutine simulation_attempt
+
+  !> Make the end of an increment the present state, and tell everyone.
+  subroutine simulation_accept(self, time, attempt, report, status)
+    class(simulation_t), intent(inout) :: self
+    !> [time]
+    real(wp), intent(in) :: time
+    integer, intent(in) :: attempt
+    type(newton_report_t), intent(in) :: report
+    type(status_t), intent(inout) :: status
+
+    integer :: most_iterations
+
+    self%dt = time - self%get_time()
+    self%n_iteration = report%n_iteration
+    most_iterations = max(ALWAYS_EASY, &
+                          int(EASY_SHARE * self%case%solver%newton%maximum_iterations))
+    call self%mechanics%accept_step()
+    call self%control%accept(report%n_iteration <= most_iterations)
+    self%tally%n_increment = self%tally%n_increment + 1
+    self%tally%n_iteration = self%tally%n_iteration + report%n_iteration
+
+    call self%files%add_attempt(self%tally%n_increment, attempt, report%n_iteration, time, &
+                                self%dt, 'done')
+    call self%log%note(increment_line(self, report))
+    call self%files%add_row(self%mechanics, time, self%dt, report%n_iteration, status)
+    if (status%failed()) return
+    if (is_due(self)) call self%write(status)
+    if (status%failed()) return
+    call self%log%show_progress(self%tally%n_increment, time, self%dt, report%n_iteration)
+    call self%write_report()
+
+  end subroutine simulation_accept
+
+  !> An increment failed for good: keep the last converged state and say where the run stopped.
+  subroutine simulation_give_up(self, dt, outcome, status)
+    class(simulation_t), intent(inout) :: self
+    !> Length of the last attempt [time].
+    real(wp), intent(in) :: dt
+    type(status_t), intent(in) :: outcome
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: place
+    type(status_t) :: written
+
+    place = 'increment '//text(self%tally%n_increment + 1)//' of step '''// &
+      trim(self%case%step_names(self%control%get_step()))//''' after time '// &
+      self%time_text(self%get_time())
+    call self%write(written)
+    if (outcome%severity == STATUS_RETRY) then
+      call status%raise(STATUS_ERROR, 'simulation_advance', place//' failed down to dt '// &
+                        self%time_text(dt)//' (maximum_cuts = '// &
+                        text(self%case%steps(self%control%get_step())%maximum_cuts)//'): '// &
+                        trim(outcome%message)//'. The last converged state is in '// &
+                        self%case%output%prefix//'.vtkhdf', EXIT_CONVERGENCE)
+    else
+      call status%raise(STATUS_ERROR, 'simulation_advance', place//': '//trim(outcome%message), &
+                        outcome%exit_code)
+    end if
+
+  end subroutine simulation_give_up
+
+  subroutine simulation_write(self, status)
+    class(simulation_t), intent(inout) :: self
+    !> `STATUS_ERROR` with `EXIT_FILE` when the file cannot be written.
+    type(status_t), intent(inout) :: status
+
+    call self%files%write_fields(self%mechanics, self%get_time(), status)
+
+  end subroutine simulation_write
+
+  !> After a failure the log says so, and the exit code of `status` stays what it was.
+  subroutine simulation_finish(self, status)
+    class(simulation_t), intent(inout) :: self
+    !> In: how the run went. `STATUS_ERROR` with `EXIT_FILE` when the end cannot be written.
+    type(status_t), intent(inout) :: status
+
+    if (self%is_running) then
+      if (.not. status%failed()) call self%write(status)
+      call self%log%end_progress()
+      if (status%failed()) call self%log%note('error: '//trim(status%message))
+      call self%write_totals()
+    end if
+    call self%files%close()
+    call self%log%close()
+    call self%mechanics%finish()
+    self%is_running = .false.
+
+  end subroutine simulation_finish
+
+  subroutine simulation_get_field(self, name, values, status)
+    class(simulation_t), intent(in) :: self
+    character(len=*), intent(in) :: name
+    !> At the present time; shape (n_component, n_node or n_cell) of this rank's part of the mesh.
+    real(wp), allocatable, intent(out) :: values(:, :)
+    !> `STATUS_ERROR` when there is no such field: lists those there are.
+    type(status_t), intent(inout) :: status
+
+    type(field_list_t) :: fields
+    integer :: place
+
+    call self%mechanics%collect_fields(fields)
+    place = fields%find(name)
+    if (place > 0) then
+      call move_alloc(fields%fields(place)%values, values)
+      return
+    end if
+    associate (known => fields%fields(:fields%n_field)%name)
+      call status%raise(STATUS_ERROR, 'simulation_get_field', 'there is no field '''//name// &
+                        ''''//did_you_mean(name, known)//' Fields: '//listed(known, ', ', ''))
+    end associate
+
+  end subroutine simulation_get_field
+
+  pure function simulation_get_time(self) result(time)
+    class(simulation_t), intent(in) :: self
+    real(wp) :: time
+
+    time = self%control%get_time()
+
+  end function simulation_get_time
+
+  pure function simulation_get_end(self) result(time)
+    class(simulation_t), intent(in) :: self
+    real(wp) :: time
+
+    time = self%control%get_end()
+
+  end function simulation_get_end
+
+  pure function simulation_get_increment(self) result(n_increment)
+    class(simulation_t), intent(in) :: self
+    integer :: n_increment
+
+    n_increment = self%tally%n_increment
+
+  end function simulation_get_increment
+
+  pure function simulation_get_prefix(self) result(prefix)
+    class(simulation_t), intent(in) :: self
+    character(len=:), allocatable :: prefix
+
+    prefix = self%case%output%prefix
+
+  end function simulation_get_prefix
+
+  pure function simulation_is_done(self) result(done)
+    class(simulation_t), intent(in) :: self
+    logical :: done
+
+    done = self%control%is_done()
+
+  end function simulation_is_done
+
+  !> Results are due at the ends of steps and every so many points of the grid.
+  function is_due(self) result(due)
+    class(simulation_t), intent(in) :: self
+    logical :: due
+
+    due = self%control%is_at_step_end()
+    if (self%control%is_on_grid()) then
+      due = due .or. mod(self%control%get_grid_count(), self%case%output%every) == 0
+    end if
+
+  end function is_due
+
+  !> Hand what the problem has to say to the log.
+  subroutine simulation_write_report(self)
+    class(simulation_t), intent(inout) :: self
+
+    character(len=:), allocatable :: report
+
+    call self%mechanics%take_report(report)
+    if (report /= '') call self%log%note(report)
+
+  end subroutine simulation_write_report
+
+  !> What is computed, by what, and what was decided before the first increment.
+  subroutine simulation_write_head(self)
+    class(simulation_t), intent(inout) :: self
+
+    character(len=:), allocatable :: fields_line, summary
+    type(field_list_t) :: fields
+
+    call self%mechanics%summary(summary)
+    call self%mechanics%collect_fields(fields)
+    associate (case => self%case)
+      if (case%job%title /= '') call self%log%write(case%job%title)
+      call self%log%note('Swage '//SWAGE_VERSION//', '//BUILD_COMPILER//', '//BUILD_TYPE)
+      call self%log%write('case '//self%deck%path//', '//case%job%dimension//', units '// &
+                          case%job%unit_system//', ranks '//text(self%comm%size))
+      call self%log%note('mesh '//case%mesh%path)
+      if (case%job%fixed_geometry) call self%log%note('the geometry is fixed: small strains')
+      call self%log%write(summary)
+      call self%log%write(steps_text(self))
+      call self%log%note('tolerance of forces '//text(case%solver%newton%tolerance(1))// &
+                         ', of volume '//text(case%solver%newton%tolerance(2))// &
+                         ', at most '//text(case%solver%newton%maximum_iterations)//' iterations')
+      fields_line = listed(fields%fields(:fields%n_field)%name, ', ', '')
+      call self%log%note('fields: '//fields_line)
+      if (size(case%output%fields) > 0) then
+        call self%log%note('written: '//listed(case%output%fields, ', ', ''))
+      end if
+      call self%log%write('results '//case%output%prefix//'.{vtkhdf,csv,sta,log}')
+    end associate
+    call self%write_report()
+
+  end subroutine simulation_write_head
+
+  !> Collective. Counts, times and memory of the run.
+  subroutine simulation_write_totals(self)
+    class(simulation_t), intent(inout) :: self
+
+    real(wp) :: cpu, largest, per_increment, split(2), total
+
+    call cpu_time(cpu)
+    cpu = cpu - self%tally%cpu_start
+    total = peak_memory()
+    largest = total
+    split = [self%mechanics%cpu_assembly, self%mechanics%cpu_solver]
+    call self%comm%sum(cpu)
+    call self%comm%sum(total)
+    call self%comm%max(largest)
+    call self%comm%sum(split)
+
+    associate (tally => self%tally)
+      per_increment = real(tally%n_iteration, wp) / real(max(1, tally%n_increment), wp)
+      call self%log%write(text(tally%n_increment)//' increments to time '// &
+                          self%time_text(self%get_time())//', '//text(tally%n_iteration)// &
+                          ' iterations ('//fixed(per_increment, 2)//' per increment), '// &
+                          text(tally%n_cut)//' cuts ('//text(tally%n_failed_iteration)// &
+                          ' iterations lost)')
+    end associate
+    if (allocated(self%mechanics%solver)) then
+      call self%log%write(text(self%mechanics%solver%n_factorisation)//' factorisations, '// &
+                          text(self%mechanics%solver%n_solution)//' solutions')
+    end if
+    call self%log%write('CPU '//fixed(cpu, 2)//' s: cells and contact '//fixed(split(1), 2)// &
+                        ' s, linear solver '//fixed(split(2), 2)//' s; elapsed '// &
+                        clock_text(self%log%get_elapsed()))
+    call self%log%write('peak memory '//fixed(total, 0)//' MB in all, '//fixed(largest, 0)// &
+                        ' MB on the largest rank')
+    if (self%log%n_warning > 0) call self%log%write(text(self%log%n_warning)//' warnings')
+
+  end subroutine simulation_write_totals
+
+  !> A time with its unit.
+  function simulation_time_text(self, time) result(string)
+    class(simulation_t), intent(in) :: self
+    real(wp), intent(in) :: time
+    character(len=:), allocatable :: string
+
+    string = text(time)//' '//unit_of_time(self)
+
+  end function simulation_time_text
+
+  !> The unit of times.
+  function unit_of_time(self) result(label)
+    class(simulation_t), intent(in) :: self
+    character(len=:), allocatable :: label
+
+    type(status_t) :: ignored
+
+    ! 'time' is a dimension of every unit system
+    call self%case%job%units%get_label('time', label, ignored)
+
+  end function unit_of_time
+
+  !> What an increment needed, for the log file.
+  function increment_line(self, report) result(line)
+    class(simulation_t), intent(in) :: self
+    type(newton_report_t), intent(in) :: report
+    character(len=:), allocatable :: line
+
+    integer :: i
+
+    line = 'increment '//text(self%tally%n_increment)//', time '// &
+      self%time_text(self%get_time())//', dt '//self%time_text(self%dt)//', '// &
+      text(report%n_iteration)//' iterations, errors'
+    do i = 0, report%n_iteration
+      line = line//' '//brief(report%errors(1, i))//'/'//brief(report%errors(2, i))
+    end do
+
+  end function increment_line
+
+  !> The steps, one a line.
+  function steps_text(self) result(lines)
+    class(simulation_t), intent(in) :: self
+    character(len=:), allocatable :: lines
+
+    integer :: i
+
+    lines = ''
+    do i = 1, size(self%case%steps)
+      if (i > 1) lines = lines//new_line('a')
+      associate (step => self%case%steps(i))
+        lines = lines//'step '''//trim(self%case%step_names(i))//''': '// &
+          text(step%n_increment)//' increments of '// &
+          self%time_text(step%duration / step%n_increment)
+      end associate
+    end do
+
+  end function steps_text
+
+  !> A number with as many decimals as asked for.
+  pure function fixed(value, n_decimal) result(string)
+    real(wp), intent(in) :: value
+    integer, intent(in) :: n_decimal
+    character(len=:), allocatable :: string
+
+    character(len=32) :: buffer, format
+
+    if (n_decimal == 0) then
+      write (buffer, '(i0)') nint(value, gp)
+    else
+      write (format, '(a,i0,a)') '(f24.', n_decimal, ')'
+      write (buffer, format) value
+    end if
+    string = trim(adjustl(buffer))
+
+  end function fixed
+
+  !> A number in two digits.
+  pure function brief(value) result(string)
+    real(wp), intent(in) :: value
+    character(len=:), allocatable :: string
+
+    character(len=16) :: buffer
+
+    write (buffer, '(es8.1e2)') value
+    string = trim(adjustl(buffer))
+
+  end function brief
+
+end module swage_simulation
