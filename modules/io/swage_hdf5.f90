@@ -9,13 +9,13 @@ module swage_hdf5
   use hdf5, only: h5aclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5dclose_f, h5dcreate_f, &
                   h5dget_space_f, h5dopen_f, h5dset_extent_f, h5dwrite_f, h5eset_auto_f, &
                   h5fcreate_f, h5kind_to_type, h5open_f, h5pclose_f, h5pcreate_f, &
-                  h5pset_chunk_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, h5sclose_f, &
-                  h5screate_f, h5screate_simple_f, h5sselect_hyperslab_f, h5sselect_none_f, &
-                  h5tclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, hid_t, hsize_t, size_t, &
-                  H5_INTEGER_KIND, H5F_ACC_TRUNC_F, H5FD_MPIO_COLLECTIVE_F, &
-                  H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, H5P_FILE_ACCESS_F, H5S_SCALAR_F, &
-                  H5S_SELECT_SET_F, H5S_UNLIMITED_F, H5T_FORTRAN_S1, H5T_STD_I64LE, &
-                  H5T_STR_NULLPAD_F
+                  h5pset_chunk_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, h5pset_fill_time_f, &
+                  h5sclose_f, h5screate_f, h5screate_simple_f, h5sselect_hyperslab_f, &
+                  h5sselect_none_f, h5tclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, hid_t, &
+                  hsize_t, size_t, H5_INTEGER_KIND, H5D_FILL_TIME_NEVER_F, H5F_ACC_TRUNC_F, &
+                  H5FD_MPIO_COLLECTIVE_F, H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, &
+                  H5P_FILE_ACCESS_F, H5S_SCALAR_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F, &
+                  H5T_FORTRAN_S1, H5T_STD_I64LE, H5T_STR_NULLPAD_F
   use mpi_f08, only: MPI_INFO_NULL
   use swage_comm, only: comm_t
   use swage_kinds, only: gp
@@ -97,6 +97,10 @@ contains
     call h5pcreate_f(H5P_DATASET_CREATE_F, creation, code)
     call note_code(code, broken)
     call h5pset_chunk_f(creation, n_rank, chunk(:n_rank), code)
+    call note_code(code, broken)
+    ! Every row is written anyway. Besides, where the disk is full, HDF5 1.10 fails to fill new
+    ! chunks on one rank and leaves the others waiting
+    call h5pset_fill_time_f(creation, H5D_FILL_TIME_NEVER_F, code)
     call note_code(code, broken)
     call h5dcreate_f(location, name, file_type, space, dataset, code, creation)
     call note_code(code, broken)

@@ -11,6 +11,7 @@ module swage_vtkhdf
                   H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_REAL, H5T_STD_I32LE, &
                   H5T_STD_I64LE, H5T_STD_U8LE
   use swage_comm, only: comm_t
+  use swage_disk_room, only: check_room
   use swage_finite, only: is_finite
   use swage_hdf5, only: hdf5_create_file, hdf5_create_table, hdf5_start, hdf5_write_integers, &
                         hdf5_write_rows, hdf5_write_text, note_code, LIST
@@ -40,6 +41,9 @@ module swage_vtkhdf
   !> Bounds of the rows a table allocates at a time.
   integer(gp), parameter :: MIN_CHUNK = 64_gp
   integer(gp), parameter :: MAX_CHUNK = 16384_gp
+
+  !> Bytes of a number in double precision, or of a long integer.
+  integer(gp), parameter :: DOUBLE_BYTES = 8_gp
 
   !> A field of the file.
   type :: field_t
@@ -118,6 +122,7 @@ module swage_vtkhdf
     procedure, private :: write_rows_of
     procedure, private :: write_of_step
     procedure, private :: find_field
+    procedure, private :: room_of_step
   end type vtkhdf_t
 
 contains
@@ -142,7 +147,7 @@ contains
     self%path = trim(path)
     self%is_single = .true.
     if (present(single)) self%is_single = single
-    call comm%agree(status)
+    call check_room(self%path, room_of(0_gp), comm, status)
     if (status%failed()) return
 
     broken = .false.
@@ -296,6 +301,8 @@ contains
     do i = 1, size(self%n_local)
       call self%comm%locate(self%n_local(i), self%n_before(i), self%n_total(i))
     end do
+    call check_room(self%path, self%room_of_step(), self%comm, status)
+    if (status%failed()) return
     call self%write_mesh(points, connectivity, offsets, types, status)
 
   end subroutine vtkhdf_begin_step
@@ -594,6 +601,10 @@ contains
     logical :: broken
     integer :: code, n
 
+    call check_room(self%path, room_of(self%n_total(support) * n_component * DOUBLE_BYTES), &
+                    self%comm, status)
+    if (status%failed()) return
+
     broken = .false.
     file_type = H5T_IEEE_F64LE
     if (self%is_single) file_type = H5T_IEEE_F32LE
@@ -766,6 +777,33 @@ contains
                          self%n_done(table) + self%n_total(table), broken)
 
   end subroutine write_rows_of
+
+  !> Bytes to have at hand for the current step: its mesh and the fields known so far.
+  pure function room_of_step(self) result(n_byte)
+    class(vtkhdf_t), intent(in) :: self
+    integer(gp) :: n_byte
+
+    integer :: i
+
+    n_byte = 3_gp * self%n_total(POINTS_OF) + sum(self%n_total)
+    do i = 1, size(self%fields)
+      n_byte = n_byte + self%fields(i)%n_component * self%n_total(self%fields(i)%support)
+    end do
+    n_byte = room_of(n_byte * DOUBLE_BYTES)
+
+  end function room_of_step
+
+  !> Bytes to have at hand before writing some: tables grow by whole chunks, and HDF5 writes an
+  !> index, too.
+  pure function room_of(n_byte) result(n_needed)
+    integer(gp), intent(in) :: n_byte
+    integer(gp) :: n_needed
+
+    integer(gp), parameter :: SPARE = 1048576_gp
+
+    n_needed = 2_gp * n_byte + SPARE
+
+  end function room_of
 
   !> Place of a field in the list; 0 when it is new.
   function find_field(self, support, name) result(position)
