@@ -14,7 +14,7 @@ module swage_test_element_checks
   private
 
   public :: KINDS, KIND_NAMES
-  public :: condensation_error, patch_errors, rotation_errors, tangent_error
+  public :: condensation_error, patch_errors, rotation_errors, tangent_error, volume_error
 
   integer, parameter :: KINDS(3) = [PLANE_STRAIN, AXISYMMETRIC, THREE_DIMENSIONAL]
   !> In the order of `KINDS`.
@@ -480,6 +480,46 @@ contains
     end do
 
   end subroutine rotation_errors
+
+  !> An elastic cell blown up by a tenth in equal steps: the pressure is p = κ (1 - V/V0) at the end
+  !> of every step, however many there are. Largest residual of the volume equation, by the volume.
+  subroutine volume_error(kind, law, n_step, error)
+    integer, intent(in) :: kind
+    !> Elastic.
+    class(material_law_t), intent(in) :: law
+    integer, intent(in) :: n_step
+    real(wp), intent(out) :: error
+
+    type(random_t) :: random
+    type(assembly_t) :: assembly
+    real(wp), allocatable :: start(:, :)
+    real(wp) :: pressure, ratio, volume
+    integer :: i, m, n, step
+
+    n = merge(3, 2, kind == THREE_DIMENSIONAL)
+    m = n + 1
+    allocate (start(n, m))
+    call random_cell(kind, random, start)
+    volume = cell_volume(kind, start)
+    call assembly_create(kind, .false., law, start, reshape([(i, i=1, m)], [m, 1]), assembly)
+    error = 0.0_wp
+    do step = 1, n_step
+      ratio = 1.0_wp + 0.1_wp * step / n_step
+      pressure = (1.0_wp - cell_volume(kind, ratio * start) / volume) / law%inverse_bulk_modulus
+      assembly%unknowns = pressure
+      do i = 1, m
+        assembly%unknowns(m * (i - 1) + 1:m * (i - 1) + n) = ratio * start(:, i) &
+          - assembly%coordinates(:, i)
+      end do
+      call assembly%evaluate()
+      error = max(error, maxval(abs(assembly%batch%residual(m, :, 1))) / volume)
+      assembly%coordinates = ratio * start
+      assembly%batch%pressure_old = pressure
+      assembly%batch%deviator_old(:, 1) = assembly%points%deviatoric_stress(:, 1)
+      assembly%batch%log_volume_old = assembly%batch%log_volume_new
+    end do
+
+  end subroutine volume_error
 
   !> Constant strain in a distorted patch: inner nodes and pressures solved for, by Newton.
   !> Relative errors of the displacement (by its largest derivative), the pressure and the
