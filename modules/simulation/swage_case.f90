@@ -44,6 +44,8 @@ module swage_case
     character(len=:), allocatable :: path
     !> Factor of all coordinates [1].
     real(wp) :: scale = 1.0_wp
+    !> Start of a complaint about the file: `case.nml:3: &mesh: file = 'billet.msh'`.
+    character(len=:), allocatable :: title
   end type mesh_file_t
 
   !> What `&solver` says.
@@ -101,6 +103,7 @@ contains
     call take_mesh(group, case%mesh)
     call group%finish(status)
     if (status%failed()) return
+    case%mesh%title = group%describe('file')
     case%mesh%path = deck%resolve(case%mesh%path)
 
     n_step = deck%count('step')

@@ -254,7 +254,7 @@ contains
     type(status_t), intent(inout) :: status
 
     character(len=:), allocatable :: description, dimension, name
-    real(wp), allocatable :: values(:, :)
+    real(wp), allocatable :: scalars(:), values(:, :)
 
     ! Workaround: gfortran 12, associating names with trim() frees them twice
     name = trim(field%name)
@@ -265,19 +265,21 @@ contains
                      merge(n_point, n_cell, field%location == FIELD_NODAL)), &
               source=taken(0.0_wp, trim(field%dimension)))
     values(:, :size(field%values, 2)) = field%values
+    allocate (scalars(size(values, 2)))
+    scalars = values(1, :)
 
     if (field%location == FIELD_NODAL) then
       if (field%is_tensor) then
         call results%point_tensor_field(name, values, dimension, description, status)
       else if (size(values, 1) == 1) then
-        call results%point_field(name, values(1, :), dimension, description, status)
+        call results%point_field(name, scalars, dimension, description, status)
       else
         call results%point_field(name, values, dimension, description, status)
       end if
     else if (field%is_tensor) then
       call results%cell_tensor_field(name, values, dimension, description, status)
     else if (size(values, 1) == 1) then
-      call results%cell_field(name, values(1, :), dimension, description, status)
+      call results%cell_field(name, scalars, dimension, description, status)
     else
       call results%cell_field(name, values, dimension, description, status)
     end if

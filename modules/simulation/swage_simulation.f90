@@ -14,10 +14,11 @@ module swage_simulation
   use swage_mesh_distribution, only: mesh_load
   use swage_mini_element, only: THREE_DIMENSIONAL
   use swage_newton, only: newton_report_t, newton_solve
+  use swage_number, only: number_text
   use swage_output_path, only: check_writable
   use swage_result_files, only: check_field_names, result_files_t
   use swage_spelling, only: did_you_mean, listed
-  use swage_status, only: status_t, EXIT_CONVERGENCE, STATUS_ERROR, STATUS_RETRY
+  use swage_status, only: status_t, EXIT_CONVERGENCE, EXIT_MESH, STATUS_ERROR, STATUS_RETRY
   use swage_step_control, only: step_control_create, step_control_t
   use swage_text, only: text
   implicit none(type, external)
@@ -190,6 +191,7 @@ contains
     end if
     if (.not. status%failed()) call self%deck%check_kinds(group_kinds(), status)
     if (.not. status%failed()) call case_from_deck(self%deck, self%case, status)
+    if (.not. status%failed()) call check_mesh_file(self%case, comm%rank == 0, status)
     call comm%agree(status)
     if (status%failed()) return
 
@@ -214,6 +216,25 @@ contains
     self%control = step_control_create(self%case%steps)
 
   end subroutine simulation_prepare
+
+  !> Refuse a mesh that is not there, naming the key that asks for it.
+  subroutine check_mesh_file(case, looks, status)
+    type(case_t), intent(in) :: case
+    !> Whether this rank looks for the file; one of them does.
+    logical, intent(in) :: looks
+    !> `STATUS_ERROR` with `EXIT_MESH`.
+    type(status_t), intent(inout) :: status
+
+    logical :: is_there
+
+    if (.not. looks) return
+    inquire (file=case%mesh%path, exist=is_there)
+    if (is_there) return
+    call status%raise(STATUS_ERROR, 'check_mesh_file', case%mesh%title//': there is no file '// &
+                      case%mesh%path//'; Gmsh makes it from a .geo file, as tools/run does', &
+                      EXIT_MESH)
+
+  end subroutine check_mesh_file
 
   !> Make a problem as good as new.
   subroutine forget(mechanics)
@@ -535,8 +556,8 @@ contains
       if (case%job%fixed_geometry) call self%log%note('the geometry is fixed: small strains')
       call self%log%write(summary)
       call self%log%write(steps_text(self))
-      call self%log%note('tolerance of forces '//text(case%solver%newton%tolerance(1))// &
-                         ', of volume '//text(case%solver%newton%tolerance(2))// &
+      call self%log%note('tolerance of forces '//number_text(case%solver%newton%tolerance(1))// &
+                         ', of volume '//number_text(case%solver%newton%tolerance(2))// &
                          ', at most '//text(case%solver%newton%maximum_iterations)//' iterations')
       fields_line = listed(fields%fields(:fields%n_field)%name, ', ', '')
       call self%log%note('fields: '//fields_line)
@@ -592,7 +613,7 @@ contains
     real(wp), intent(in) :: time
     character(len=:), allocatable :: string
 
-    string = text(time)//' '//unit_of_time(self)
+    string = number_text(time)//' '//unit_of_time(self)
 
   end function simulation_time_text
 
