@@ -32,9 +32,9 @@ contains
     ! Shear modulus 1
     call make_elastic(3.0_wp, 0.5_wp, law, shear_modulus)
     if (KINDS(i) == THREE_DIMENSIONAL) then
-      sizes = SIZES_3D
+      allocate (sizes, source=SIZES_3D)
     else
-      sizes = SIZES_2D
+      allocate (sizes, source=SIZES_2D)
     end if
     n = size(sizes)
     allocate (errors(3, n))
