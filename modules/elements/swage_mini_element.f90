@@ -345,7 +345,8 @@ contains
         end do
         do b = 1, v
           do j = 1, n
-            strain_change(:, j, b) = by_gradient(:, j, 1) * gm(1, b) + by_gradient(:, j, 2) * gm(2, b)
+            strain_change(:, j, b) = by_gradient(:, j, 1) * gm(1, b) &
+              + by_gradient(:, j, 2) * gm(2, b)
             if (j == 1) strain_change(:, j, b) = strain_change(:, j, b) &
               + by_gradient(:, 3, 3) * self%hoop_mid(i)
           end do

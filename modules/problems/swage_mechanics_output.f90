@@ -1,6 +1,8 @@
 !> What [[swage_mechanics]] tells the outside: history, fields, pictures of the tools.
 submodule(swage_mechanics) swage_mechanics_output
+  use swage_boundary, only: BOUNDARY_MOTION, BOUNDARY_SYMMETRY
   use swage_field_list, only: FIELD_CELL, FIELD_NODAL
+  use swage_mini_element, only: AXISYMMETRIC
   use swage_mesh_quality, only: mesh_quality_t, measure_quality
   implicit none(type, external)
 

@@ -1,18 +1,19 @@
 !> Reading and building of [[swage_mechanics]].
 submodule(swage_mechanics) swage_mechanics_setup
   use swage_block_matrix, only: block_matrix_create
-  use swage_boundary, only: boundary_from_group, explain_boundary
+  use swage_boundary, only: boundary_from_group, BOUNDARY_MOTION, BOUNDARY_PRESSURE, &
+                            BOUNDARY_SYMMETRY, BOUNDARY_TRACTION, explain_boundary
   use swage_friction, only: friction_law_t
   use swage_friction_registry, only: friction_from_group
   use swage_group, only: group_t
   use swage_material_registry, only: material_from_group
-  use swage_mini_element, only: cell_volume, mini_batch_create
+  use swage_mini_element, only: AXISYMMETRIC, cell_volume, mini_batch_create
   use swage_motion, only: motion_from_group, motion_t
   use swage_mumps, only: mumps_solver_create, mumps_solver_t
   use swage_point_batch, only: point_batch_create
   use swage_rigid_tool, only: tool_from_group
-  use swage_status, only: EXIT_MESH
-  use swage_tool_contact, only: tool_contact_create
+  use swage_status, only: EXIT_MESH, STATUS_ERROR
+  use swage_tool_contact, only: facet_normal, tool_contact_create
   use swage_unknowns, only: unknowns_create
   implicit none(type, external)
 
@@ -25,6 +26,7 @@ submodule(swage_mechanics) swage_mechanics_setup
   real(wp), parameter :: FLATNESS = 1.0e-6_wp
   !> Share of the fastest tool's speed below which friction fades.
   real(wp), parameter :: FADING = 0.01_wp
+  real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
 
 contains
 
@@ -85,6 +87,8 @@ contains
       call explain_boundary(group)
     case ('contact')
       call take_contact(group, slave, master, friction, penalty, tangential, separation)
+    case default
+      ! Another owner's group
     end select
 
   end procedure mechanics_explain
@@ -170,8 +174,8 @@ contains
           if (body > 0) then
             call status%raise(STATUS_ERROR, 'read_bodies', group%describe('group')//': cell '// &
                               text(int(self%mesh%cell_tag(cells(j))))// &
-                              ' belongs to body '''//self%bodies(body)%name//''' too: give each '// &
-                              'cell to one body')
+                              ' belongs to body '''//self%bodies(body)%name//''' too: give '// &
+                              'each cell to one body')
             return
           end if
           body = i
@@ -341,6 +345,8 @@ contains
           call find_plane(self, place, group, status)
         case (BOUNDARY_TRACTION, BOUNDARY_PRESSURE)
           call need_facets(self, place, group, status)
+        case default
+          ! Any nodes will do
         end select
         if (status%failed()) return
         if (place%boundary%kind == BOUNDARY_TRACTION) call spread_traction(self, place)
@@ -740,8 +746,8 @@ contains
       end if
     end do
     if (worst > 0) then
-      call status%raise(STATUS_ERROR, 'check_overlap', group%describe('master')//': at the start '// &
-                        'node '//text(int(self%mesh%node_tag(worst)))// &
+      call status%raise(STATUS_ERROR, 'check_overlap', group%describe('master')// &
+                        ': at the start node '//text(int(self%mesh%node_tag(worst)))// &
                         near(self%mesh%coordinates(:, worst))//' is '//text(deepest)// &
                         ' [length] inside the tool, more than a tenth of its cells: move the '// &
                         'tool out of the body')
@@ -762,8 +768,8 @@ contains
       if (self%mesh%coordinates(1, i) < -1.0e-9_wp * self%cell_size) then
         call status%raise(STATUS_ERROR, 'check_rest', 'node '// &
                           text(int(self%mesh%node_tag(i)))//' lies at the negative radius '// &
-                          text(self%mesh%coordinates(1, i))//': an axisymmetric mesh has x, the '// &
-                          'radius, at least 0', EXIT_MESH)
+                          text(self%mesh%coordinates(1, i))//': an axisymmetric mesh has x, '// &
+                          'the radius, at least 0', EXIT_MESH)
       end if
     end if
     if (size(self%boundaries) == 0 .and. size(self%contacts) == 0) then

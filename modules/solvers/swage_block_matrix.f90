@@ -131,7 +131,8 @@ contains
         k = self%cell_block(a, b, cell)
         do d = 1, m
           do c = 1, m
-            self%values(c, d, k) = self%values(c, d, k) + cell_matrix(m * (a - 1) + c, m * (b - 1) + d)
+            self%values(c, d, k) = self%values(c, d, k) &
+              + cell_matrix(m * (a - 1) + c, m * (b - 1) + d)
           end do
         end do
       end do

@@ -51,7 +51,7 @@ module swage_mumps
     subroutine dmumps(id)
       import :: dmumps_struc
       implicit none(type, external)
-      type(dmumps_struc) :: id
+      type(dmumps_struc), intent(inout) :: id
     end subroutine dmumps
   end interface
 
