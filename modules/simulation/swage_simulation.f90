@@ -1,22 +1,21 @@
 !> A run from its input file to its results, one increment at a time.
 module swage_simulation
-  use swage_build_info, only: BUILD_COMPILER, BUILD_TYPE, SWAGE_VERSION
   use swage_case, only: case_from_deck, case_t
   use swage_comm, only: comm_t
   use swage_deck, only: deck_from_text, deck_load, deck_t
   use swage_field_list, only: field_list_t
   use swage_input_reference, only: group_kinds
-  use swage_kinds, only: gp, wp
-  use swage_log, only: clock_text, log_t
+  use swage_kinds, only: wp
+  use swage_log, only: log_t
   use swage_mechanics, only: mechanics_create, mechanics_settings_t, mechanics_t
-  use swage_memory, only: peak_memory
   use swage_mesh, only: mesh_t
   use swage_mesh_distribution, only: mesh_load
   use swage_mini_element, only: THREE_DIMENSIONAL
   use swage_newton, only: newton_report_t, newton_solve
-  use swage_number, only: number_text
   use swage_output_path, only: check_writable
   use swage_result_files, only: check_field_names, result_files_t
+  use swage_run_report, only: details, headline, increment_line, steps_text, tally_t, time_text, &
+                              totals, unit_of_time
   use swage_spelling, only: did_you_mean, listed
   use swage_status, only: status_t, EXIT_CONVERGENCE, EXIT_MESH, STATUS_ERROR, STATUS_RETRY
   use swage_step_control, only: step_control_create, step_control_t
@@ -36,17 +35,6 @@ module swage_simulation
   !> Iterations that any increment may take and still be easy.
   integer, parameter :: ALWAYS_EASY = 4
 
-  !> Counts of a run.
-  type :: tally_t
-    !> Accepted increments, failed attempts, Newton iterations of either.
-    integer :: n_increment = 0
-    integer :: n_cut = 0
-    integer :: n_iteration = 0
-    integer :: n_failed_iteration = 0
-    !> CPU time at the start [s].
-    real(wp) :: cpu_start = 0.0_wp
-  end type tally_t
-
   !> A simulation. Owns files and factors: call `finish`; do not copy.
   !>
   !> All bindings that take a `status` are collective over the communicator given to `start`, and
@@ -64,9 +52,6 @@ module swage_simulation
     type(tally_t), private :: tally
     !> The run writes files and has not been finished.
     logical, private :: is_running = .false.
-    !> Length of the last increment [time] and its iterations.
-    real(wp), private :: dt = 0.0_wp
-    integer, private :: n_iteration = 0
   contains
     !> Read the input, build the problem, open the files, write the start.
     procedure, public :: start => simulation_start
@@ -101,9 +86,6 @@ module swage_simulation
     procedure, private :: accept => simulation_accept
     procedure, private :: give_up => simulation_give_up
     procedure, private :: write_report => simulation_write_report
-    procedure, private :: write_head => simulation_write_head
-    procedure, private :: write_totals => simulation_write_totals
-    procedure, private :: time_text => simulation_time_text
   end type simulation_t
 
 contains
@@ -123,6 +105,7 @@ contains
     !> Whether rank 0 prints the log and the progress; false when absent.
     logical, intent(in), optional :: echo
 
+    character(len=:), allocatable :: problem
     logical :: prints
 
     call self%finish(status)
@@ -136,12 +119,18 @@ contains
     call self%open_files(prints, status)
     if (status%failed()) return
 
-    call self%write_head()
+    call self%log%write(headline(self%case, self%deck%path, comm%size))
+    call self%log%note(details(self%case, self%mechanics))
+    call self%mechanics%summary(problem)
+    call self%log%write(problem)
+    call self%log%write(steps_text(self%case))
+    call self%log%write('results '//self%case%output%prefix//'.{vtkhdf,csv,sta,log}')
+    call self%write_report()
     call self%files%add_row(self%mechanics, 0.0_wp, 0.0_wp, 0, status)
     if (status%failed()) return
     call self%write(status)
     if (status%failed()) return
-    call self%log%start_progress(0.0_wp, self%get_end(), unit_of_time(self))
+    call self%log%start_progress(0.0_wp, self%get_end(), unit_of_time(self%case))
 
   end subroutine simulation_start
 
@@ -163,7 +152,7 @@ contains
     call self%prepare(path, comm, status, content)
     if (status%failed()) return
     call self%mechanics%summary(problem)
-    summary = problem//new_line('a')//steps_text(self)
+    summary = problem//new_line('a')//steps_text(self%case)
     call self%finish(status)
 
   end subroutine simulation_check
@@ -332,7 +321,8 @@ contains
         return
       end if
       call self%log%write('increment '//text(self%tally%n_increment + 1)//' cut: dt '// &
-                          self%time_text(target_time - start)//' failed: '//trim(outcome%message))
+                          time_text(self%case, target_time - start)//' failed: '// &
+                          trim(outcome%message))
     end do
 
     call self%accept(target_time, attempt, report, status)
@@ -373,9 +363,9 @@ contains
     type(status_t), intent(inout) :: status
 
     integer :: most_iterations
+    real(wp) :: dt
 
-    self%dt = time - self%get_time()
-    self%n_iteration = report%n_iteration
+    dt = time - self%get_time()
     most_iterations = max(ALWAYS_EASY, &
                           int(EASY_SHARE * self%case%solver%newton%maximum_iterations))
     call self%mechanics%accept_step()
@@ -384,13 +374,13 @@ contains
     self%tally%n_iteration = self%tally%n_iteration + report%n_iteration
 
     call self%files%add_attempt(self%tally%n_increment, attempt, report%n_iteration, time, &
-                                self%dt, 'done')
-    call self%log%note(increment_line(self, report))
-    call self%files%add_row(self%mechanics, time, self%dt, report%n_iteration, status)
+                                dt, 'done')
+    call self%log%note(increment_line(self%case, self%tally%n_increment, time, dt, report))
+    call self%files%add_row(self%mechanics, time, dt, report%n_iteration, status)
     if (status%failed()) return
     if (is_due(self)) call self%write(status)
     if (status%failed()) return
-    call self%log%show_progress(self%tally%n_increment, time, self%dt, report%n_iteration)
+    call self%log%show_progress(self%tally%n_increment, time, dt, report%n_iteration)
     call self%write_report()
 
   end subroutine simulation_accept
@@ -408,11 +398,11 @@ contains
 
     place = 'increment '//text(self%tally%n_increment + 1)//' of step '''// &
       trim(self%case%step_names(self%control%get_step()))//''' after time '// &
-      self%time_text(self%get_time())
+      time_text(self%case, self%get_time())
     call self%write(written)
     if (outcome%severity == STATUS_RETRY) then
       call status%raise(STATUS_ERROR, 'simulation_advance', place//' failed down to dt '// &
-                        self%time_text(dt)//' (maximum_cuts = '// &
+                        time_text(self%case, dt)//' (maximum_cuts = '// &
                         text(self%case%steps(self%control%get_step())%maximum_cuts)//'): '// &
                         trim(outcome%message)//'. The last converged state is in '// &
                         self%case%output%prefix//'.vtkhdf', EXIT_CONVERGENCE)
@@ -442,7 +432,8 @@ contains
       if (.not. status%failed()) call self%write(status)
       call self%log%end_progress()
       if (status%failed()) call self%log%note('error: '//trim(status%message))
-      call self%write_totals()
+      call self%log%write(totals(self%tally, self%case, self%get_time(), self%comm, &
+                                 self%mechanics, self%log))
     end if
     call self%files%close()
     call self%log%close()
@@ -537,162 +528,5 @@ contains
     if (report /= '') call self%log%note(report)
 
   end subroutine simulation_write_report
-
-  !> What is computed, by what, and what was decided before the first increment.
-  subroutine simulation_write_head(self)
-    class(simulation_t), intent(inout) :: self
-
-    character(len=:), allocatable :: fields_line, summary
-    type(field_list_t) :: fields
-
-    call self%mechanics%summary(summary)
-    call self%mechanics%collect_fields(fields)
-    associate (case => self%case)
-      if (case%job%title /= '') call self%log%write(case%job%title)
-      call self%log%note('Swage '//SWAGE_VERSION//', '//BUILD_COMPILER//', '//BUILD_TYPE)
-      call self%log%write('case '//self%deck%path//', '//case%job%dimension//', units '// &
-                          case%job%unit_system//', ranks '//text(self%comm%size))
-      call self%log%note('mesh '//case%mesh%path)
-      if (case%job%fixed_geometry) call self%log%note('the geometry is fixed: small strains')
-      call self%log%write(summary)
-      call self%log%write(steps_text(self))
-      call self%log%note('tolerance of forces '//number_text(case%solver%newton%tolerance(1))// &
-                         ', of volume '//number_text(case%solver%newton%tolerance(2))// &
-                         ', at most '//text(case%solver%newton%maximum_iterations)//' iterations')
-      fields_line = listed(fields%fields(:fields%n_field)%name, ', ', '')
-      call self%log%note('fields: '//fields_line)
-      if (size(case%output%fields) > 0) then
-        call self%log%note('written: '//listed(case%output%fields, ', ', ''))
-      end if
-      call self%log%write('results '//case%output%prefix//'.{vtkhdf,csv,sta,log}')
-    end associate
-    call self%write_report()
-
-  end subroutine simulation_write_head
-
-  !> Collective. Counts, times and memory of the run.
-  subroutine simulation_write_totals(self)
-    class(simulation_t), intent(inout) :: self
-
-    real(wp) :: cpu, largest, per_increment, split(2), total
-
-    call cpu_time(cpu)
-    cpu = cpu - self%tally%cpu_start
-    total = peak_memory()
-    largest = total
-    split = [self%mechanics%cpu_assembly, self%mechanics%cpu_solver]
-    call self%comm%sum(cpu)
-    call self%comm%sum(total)
-    call self%comm%max(largest)
-    call self%comm%sum(split)
-
-    associate (tally => self%tally)
-      per_increment = real(tally%n_iteration, wp) / real(max(1, tally%n_increment), wp)
-      call self%log%write(text(tally%n_increment)//' increments to time '// &
-                          self%time_text(self%get_time())//', '//text(tally%n_iteration)// &
-                          ' iterations ('//fixed(per_increment, 2)//' per increment), '// &
-                          text(tally%n_cut)//' cuts ('//text(tally%n_failed_iteration)// &
-                          ' iterations lost)')
-    end associate
-    if (allocated(self%mechanics%solver)) then
-      call self%log%write(text(self%mechanics%solver%n_factorisation)//' factorisations, '// &
-                          text(self%mechanics%solver%n_solution)//' solutions')
-    end if
-    call self%log%write('CPU '//fixed(cpu, 2)//' s: cells and contact '//fixed(split(1), 2)// &
-                        ' s, linear solver '//fixed(split(2), 2)//' s; elapsed '// &
-                        clock_text(self%log%get_elapsed()))
-    call self%log%write('peak memory '//fixed(total, 0)//' MB in all, '//fixed(largest, 0)// &
-                        ' MB on the largest rank')
-    if (self%log%n_warning > 0) call self%log%write(text(self%log%n_warning)//' warnings')
-
-  end subroutine simulation_write_totals
-
-  !> A time with its unit.
-  function simulation_time_text(self, time) result(string)
-    class(simulation_t), intent(in) :: self
-    real(wp), intent(in) :: time
-    character(len=:), allocatable :: string
-
-    string = number_text(time)//' '//unit_of_time(self)
-
-  end function simulation_time_text
-
-  !> The unit of times.
-  function unit_of_time(self) result(label)
-    class(simulation_t), intent(in) :: self
-    character(len=:), allocatable :: label
-
-    type(status_t) :: ignored
-
-    ! 'time' is a dimension of every unit system
-    call self%case%job%units%get_label('time', label, ignored)
-
-  end function unit_of_time
-
-  !> What an increment needed, for the log file.
-  function increment_line(self, report) result(line)
-    class(simulation_t), intent(in) :: self
-    type(newton_report_t), intent(in) :: report
-    character(len=:), allocatable :: line
-
-    integer :: i
-
-    line = 'increment '//text(self%tally%n_increment)//', time '// &
-      self%time_text(self%get_time())//', dt '//self%time_text(self%dt)//', '// &
-      text(report%n_iteration)//' iterations, errors'
-    do i = 0, report%n_iteration
-      line = line//' '//brief(report%errors(1, i))//'/'//brief(report%errors(2, i))
-    end do
-
-  end function increment_line
-
-  !> The steps, one a line.
-  function steps_text(self) result(lines)
-    class(simulation_t), intent(in) :: self
-    character(len=:), allocatable :: lines
-
-    integer :: i
-
-    lines = ''
-    do i = 1, size(self%case%steps)
-      if (i > 1) lines = lines//new_line('a')
-      associate (step => self%case%steps(i))
-        lines = lines//'step '''//trim(self%case%step_names(i))//''': '// &
-          text(step%n_increment)//' increments of '// &
-          self%time_text(step%duration / step%n_increment)
-      end associate
-    end do
-
-  end function steps_text
-
-  !> A number with as many decimals as asked for.
-  pure function fixed(value, n_decimal) result(string)
-    real(wp), intent(in) :: value
-    integer, intent(in) :: n_decimal
-    character(len=:), allocatable :: string
-
-    character(len=32) :: buffer, format
-
-    if (n_decimal == 0) then
-      write (buffer, '(i0)') nint(value, gp)
-    else
-      write (format, '(a,i0,a)') '(f24.', n_decimal, ')'
-      write (buffer, format) value
-    end if
-    string = trim(adjustl(buffer))
-
-  end function fixed
-
-  !> A number in two digits.
-  pure function brief(value) result(string)
-    real(wp), intent(in) :: value
-    character(len=:), allocatable :: string
-
-    character(len=16) :: buffer
-
-    write (buffer, '(es8.1e2)') value
-    string = trim(adjustl(buffer))
-
-  end function brief
 
 end module swage_simulation
