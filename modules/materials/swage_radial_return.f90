@@ -34,6 +34,10 @@ module swage_radial_return
   !> From here on every second iteration is a bisection.
   integer, parameter :: PATIENCE = 15
 
+  !> A stress outside the yield surface by less than this share lies on it: a step without strain
+  !> that follows a plastic one is elastic, and so is the tangent that it starts from when the load
+  !> turns back.
+  real(wp), parameter :: ON_SURFACE = 1.0e-10_wp
   !> The increment is found when its relative change and the residual over the trial stress are
   !> below these. Either alone deceives: near \(q = 0\) the overstress of equation 3 is so steep
   !> that a step moves nothing.
@@ -124,7 +128,7 @@ contains
       loss = 0.0_wp
       if (.not. is_finite(trial_equivalent)) then
         n_failed = n_failed + 1
-      else if (trial_equivalent > threshold) then
+      else if (trial_equivalent > threshold * (1.0_wp + ON_SURFACE)) then
         call find_increment(self, trial_equivalent, strain_old, batch%temperature_new(point), &
                             batch%dt, back)
         if (back%found) then

@@ -37,6 +37,11 @@ module swage_mechanics
   integer, parameter :: FREE_ITERATIONS = 4
   !> Forces below this share of the cells' own are noise: the least reference of the equilibrium.
   real(wp), parameter :: FORCE_FLOOR = 1.0e-4_wp
+  !> The least reference by the largest of the run: a body that has been released carries nothing.
+  real(wp), parameter :: RELEASED = 1.0e-3_wp
+  !> Stiffness against displacement that only the tangent has, by its diagonal: a body that has
+  !> lost all contact stays where it is, and the residual does not know.
+  real(wp), parameter :: STABILISATION = 1.0e-12_wp
   !> Prescribed motion still to be imposed counts as none below this share of the mesh's cell size.
   real(wp), parameter :: IMPOSED = 1.0e-13_wp
 
@@ -159,6 +164,12 @@ module swage_mechanics
     !> Sizes that errors are relative to: a force, a nodal volume.
     real(wp) :: force_scale = 0.0_wp
     real(wp) :: volume_scale = 0.0_wp
+    !> Largest size of the forces at the accepted steps.
+    real(wp) :: largest_force_scale = 0.0_wp
+    !> Size of the reactions, contact forces and loads at the last evaluation.
+    real(wp) :: carried_force = 0.0_wp
+    !> False when the last step left the bodies without any force: its rate was that of the release.
+    logical :: carries = .true.
     !> Evaluations of this step, and of the run.
     integer :: n_evaluation = 0
     !> Mean cell size of the mesh [length].
@@ -327,7 +338,8 @@ contains
     call self%comm%agree(status)
     if (status%failed()) return
 
-    if (extrapolate .and. self%dt_last > 0.0_wp) then
+    if (self%changes_course(time_old)) call expect_elasticity(self)
+    if (extrapolate .and. self%carries .and. self%dt_last > 0.0_wp) then
       self%increment = self%increment_last * ((time_new - time_old) / self%dt_last)
       self%pressure_new = self%pressure &
         + (self%pressure - self%pressure_last) * ((time_new - time_old) / self%dt_last)
@@ -351,6 +363,23 @@ contains
     end do
 
   end subroutine mechanics_begin_step
+
+  !> Where motion or load changes its rate a body may unload: the bubble, whose modulus is frozen
+  !> over the step, is then elastic. One that goes on flowing is a little too stiff for a step.
+  pure subroutine expect_elasticity(self)
+    class(mechanics_t), intent(inout) :: self
+
+    integer :: cell
+
+    do cell = 1, self%mesh%n_cell
+      associate (law => self%materials(self%material_of_cell(cell))%law)
+        if (law%fluid) cycle
+        self%bubble_modulus(cell) = law%reference_modulus
+        self%relaxation(cell) = law%initial_relaxation
+      end associate
+    end do
+
+  end subroutine expect_elasticity
 
   !> Volume-weighted mean of the flow stress of the cells around each node.
   subroutine nodal_flow_stress(self, flow_stress)
@@ -560,7 +589,9 @@ contains
     sums(6) = sum(self%volume_new)
     call self%comm%sum(sums)
 
-    self%force_scale = max(sqrt(sums(3)), FORCE_FLOOR * sqrt(sums(4)), tiny(1.0_wp))
+    self%carried_force = sqrt(sums(3))
+    self%force_scale = max(self%carried_force, FORCE_FLOOR * sqrt(sums(4)), &
+                           RELEASED * self%largest_force_scale, tiny(1.0_wp))
     ! A part in 10^9 of the volume is the least strain that a step is measured by
     self%volume_scale = max(sums(5), 1.0e-9_wp * sums(6)) &
       / sqrt(real(self%mesh%n_node_global, wp))
@@ -598,6 +629,13 @@ contains
 
     allocate (rest(n + 1, self%mesh%n_node), load(n + 1, self%mesh%n_node))
     call self%constraints%pending(self%increment, rest, largest)
+    do i = 1, self%mesh%n_node
+      associate (block => self%matrix%values(:, :, self%matrix%diagonal(i)))
+        do k = 1, n
+          block(k, k) = block(k, k) * (1.0_wp + STABILISATION)
+        end do
+      end associate
+    end do
     call self%constraints%impose(self%matrix, self%mesh%n_own_node, rest, load)
     call self%mesh%halo%accumulate(load)
     allocate (right_hand_side, source=self%residual)
@@ -639,6 +677,8 @@ contains
     class(mechanics_t), intent(inout) :: self
 
     call collect_work(self)
+    self%largest_force_scale = max(self%largest_force_scale, self%carried_force)
+    self%carries = self%carried_force > RELEASED * self%largest_force_scale
     self%dt_last = self%time_new - self%time
     self%increment_last = self%increment
     self%pressure_last = self%pressure

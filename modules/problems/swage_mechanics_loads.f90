@@ -196,6 +196,8 @@ contains
         end do
       end associate
     end do
+    ! Around the axis the radial forces on a tool and its torques cancel
+    if (self%settings%kind == AXISYMMETRIC) tool_force([1, 4, 5, 6], :) = 0.0_wp
     allocate (load_force, source=self%load_force)
     do i = 1, size(self%tools)
       call self%comm%sum(tool_force(:, i))

@@ -56,6 +56,10 @@ contains
     call comm%agree(status)
     if (status%failed()) return
     call check_rest(mechanics, status)
+    ! Boundaries that contradict each other do so in the first instant
+    mechanics%time_new = min(mechanics%next_event(0.0_wp), 1.0_wp)
+    if (.not. status%failed()) call prescribe_motion(mechanics, status)
+    mechanics%time_new = 0.0_wp
     call comm%agree(status)
     if (status%failed()) return
 
