@@ -117,6 +117,7 @@ contains
       if (status%failed()) return
       call self%results%describe('title', case%job%title, status)
       call self%results%describe('units', case%job%unit_system, status)
+      call self%results%describe('dimension', case%job%dimension, status)
     end associate
 
   end subroutine result_files_open
