@@ -42,6 +42,9 @@ module swage_mechanics
   !> Stiffness against displacement that only the tangent has, by its diagonal: a body that has
   !> lost all contact stays where it is, and the residual does not know.
   real(wp), parameter :: STABILISATION = 1.0e-12_wp
+  !> The least strain of a step that forces and volumes are measured by: what a motion of the whole
+  !> leaves in the cells is rounding.
+  real(wp), parameter :: LEAST_STRAIN = 1.0e-7_wp
   !> Prescribed motion still to be imposed counts as none below this share of the mesh's cell size.
   real(wp), parameter :: IMPOSED = 1.0e-13_wp
 
@@ -161,15 +164,14 @@ module swage_mechanics
     real(wp), allocatable :: residual(:, :)
     !> The last correction, and the unknowns it starts from; shape (n_dim + 1, n_node).
     real(wp), allocatable :: correction(:, :), base(:, :)
-    !> Sizes that errors are relative to: a force, a nodal volume.
-    real(wp) :: force_scale = 0.0_wp
-    real(wp) :: volume_scale = 0.0_wp
     !> Largest size of the forces at the accepted steps.
     real(wp) :: largest_force_scale = 0.0_wp
     !> Size of the reactions, contact forces and loads at the last evaluation.
     real(wp) :: carried_force = 0.0_wp
     !> False when the last step left the bodies without any force: its rate was that of the release.
     logical :: carries = .true.
+    !> Norm of the nodal forces that `LEAST_STRAIN` makes [force].
+    real(wp) :: least_force = 0.0_wp
     !> Evaluations of this step, and of the run.
     integer :: n_evaluation = 0
     !> Mean cell size of the mesh [length].
@@ -590,13 +592,11 @@ contains
     call self%comm%sum(sums)
 
     self%carried_force = sqrt(sums(3))
-    self%force_scale = max(self%carried_force, FORCE_FLOOR * sqrt(sums(4)), &
-                           RELEASED * self%largest_force_scale, tiny(1.0_wp))
-    ! A part in 10^9 of the volume is the least strain that a step is measured by
-    self%volume_scale = max(sums(5), 1.0e-9_wp * sums(6)) &
+    self%scales(1) = max(self%carried_force, FORCE_FLOOR * sqrt(sums(4)), &
+                         RELEASED * self%largest_force_scale, self%least_force)
+    self%scales(2) = max(sums(5), LEAST_STRAIN * sums(6)) &
       / sqrt(real(self%mesh%n_node_global, wp))
-    self%errors(1) = sqrt(sums(1)) / self%force_scale
-    self%errors(2) = sqrt(sums(2)) / self%volume_scale
+    self%errors = sqrt(sums(1:2)) / self%scales
     self%worst = ''
     if (node > 0) then
       self%worst = 'node '//text(int(self%mesh%node_tag(node)))// &

@@ -230,7 +230,7 @@ contains
   subroutine build_cells(self)
     type(mechanics_t), intent(inout) :: self
 
-    real(wp) :: sums(2)
+    real(wp) :: size_of_cell(self%mesh%n_cell), sums(3)
     integer :: cell, first, i, last, n, n_state, place
 
     associate (mesh => self%mesh)
@@ -285,9 +285,12 @@ contains
 
       call unknowns_create(mesh, self%unknowns)
       call block_matrix_create(self%unknowns, self%matrix)
-      sums = [sum(mesh%cell_size()), real(n, wp)]
+      size_of_cell = mesh%cell_size()
+      sums = [sum(size_of_cell), real(n, wp), &
+              sum((self%bubble_modulus * self%initial_volume / size_of_cell)**2)]
       call self%comm%sum(sums)
       self%cell_size = sums(1) / sums(2)
+      self%least_force = LEAST_STRAIN * sqrt(sums(3))
     end associate
 
   end subroutine build_cells

@@ -11,6 +11,8 @@ module swage_newton
   integer, parameter :: N_FIELD = 2
   !> Longest history of a report.
   integer, parameter :: MAXIMUM_HISTORY = 100
+  !> Scales that fall below this share in one correction do so with the residual.
+  real(wp), parameter :: COLLAPSE = 0.1_wp
   !> Halvings of a correction before the last one is taken for better or worse.
   integer, parameter :: MAXIMUM_HALVINGS = 4
 
@@ -36,6 +38,8 @@ module swage_newton
   type, abstract :: newton_problem_t
     !> Relative errors of the last evaluation [1].
     real(wp) :: errors(N_FIELD) = 0.0_wp
+    !> What they are relative to: sizes of forces and volumes, positive.
+    real(wp) :: scales(N_FIELD) = 1.0_wp
     !> True while prescribed values wait to be imposed by the next correction.
     logical :: has_pending_values = .false.
   contains
@@ -96,7 +100,7 @@ contains
     type(status_t), intent(inout) :: status
 
     type(status_t) :: trial
-    real(wp) :: merit, step_length
+    real(wp) :: merit, scales(N_FIELD), step_length
     integer :: halving, iteration
 
     call problem%evaluate(status)
@@ -108,6 +112,7 @@ contains
       if (iteration > min(control%maximum_iterations, MAXIMUM_HISTORY)) exit
 
       merit = norm2(problem%errors)
+      scales = problem%scales
       call problem%correct(status)
       if (status%failed()) return
 
@@ -118,7 +123,7 @@ contains
         call problem%evaluate(trial)
         if (.not. trial%failed()) then
           if (iteration == 1) exit
-          if (norm2(problem%errors) < merit) exit
+          if (norm2(problem%errors * fall_of(problem%scales, scales)) < merit) exit
           if (all(problem%errors <= control%tolerance)) exit
         end if
         if (halving < MAXIMUM_HALVINGS) step_length = 0.5_wp * step_length
@@ -136,5 +141,18 @@ contains
                       EXIT_CONVERGENCE)
 
   end subroutine newton_solve
+
+  !> Factor that keeps an error relative to its scale before the correction, where the scale has
+  !> collapsed: in a body that turns without strain forces vanish with their residual, and a
+  !> relative error would not tell the way to the solution from the way off. 1 elsewhere.
+  elemental function fall_of(scale, scale_before) result(factor)
+    real(wp), intent(in) :: scale
+    real(wp), intent(in) :: scale_before
+    real(wp) :: factor
+
+    factor = 1.0_wp
+    if (scale < COLLAPSE * scale_before) factor = scale / scale_before
+
+  end function fall_of
 
 end module swage_newton
