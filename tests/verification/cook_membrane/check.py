@@ -1,8 +1,8 @@
 """Cook's membrane, small strain, plane strain: regression, number of steps, convergence.
 
 Corners (0, 0), (48, 44), (48, 60), (0, 44); left side clamped, a vertical force of 1 spread over
-the right side, E = 1; here both are 10^5 times that, as steel in MPa. `geometry = 'fixed'`: linear,
-so any number of steps must give the same.
+the right side, E = 1; here both are 10^5 times that, as steel in MPa. `geometry = 'fixed'`:
+linear, so any number of steps must give the same.
 
 Regression values of the corner (48, 60): the MINI element with cubic bubble and deviatoric split
 (sigma = 2 G dev eps - p I) on n x n x 2 triangles cut along (i, j)-(i + 1, j + 1), computed by two
@@ -10,9 +10,9 @@ programs independent of Swage. They have seven digits: 1e-4 leaves no room for a
 Stokes form of the same one, 2 G eps - p I, gives 14.28862, 17.31797, 18.59839).
 
 Converged value 19.42 +- 0.02, by Taylor-Hood elements up to n = 56, extrapolated. MINI is stiff in
-bending: 18.73 at n = 32 is right for it. Its error must fall with n: between n = 16 and 32 at least
-like h, the order of the energy norm of linear elements without the corner's singularity being 2 for
-a displacement.
+bending: 18.73 at n = 32 is right for it. Its error must fall with n: between n = 16 and 32 at
+least like h, the order of the energy norm of linear elements without the corner's singularity
+being 2 for a displacement.
 """
 REGRESSION = {8: 15.04333, 16: 17.66012, 32: 18.72596}
 NEARLY_INCOMPRESSIBLE = 17.66282

@@ -13,20 +13,22 @@ Swage's elastic volume is linear in the pressure (V0 (1 - p/kappa), so that it d
 pressure alone, not on the steps to it); the logarithmic one that the others' closed forms take
 differs by (p/kappa)^2/2, 5e-7 here. Halving an elastic cylinder it would be 4 per cent.
 
-A0 is the section of the mesh, its volume by its height: the polygon of a mesh in 3D is smaller than
-the circle. In 3D it is a prism: where nodes of the side lie between those of the ends, as Gmsh
-leaves them, the state is not homogeneous (4e-5). The height h is the distance of the tools plus both penetrations; the penalty is 100
-times the default, so that their rates (1e-6 of the tool's) do not matter; 10^5 times for the
-elastic law, whose pressure is a thousand times larger. The ends alone touch the tools: the side's
-share of the area at the edge would make the penetration uneven.
+A0 is the section of the mesh, its volume by its height: the polygon of a mesh in 3D is smaller
+than the circle. In 3D it is a prism: where nodes of the side lie between those of the ends, as
+Gmsh leaves them, the state is not homogeneous (4e-5).
+
+The height h is the distance of the tools plus both penetrations; the penalty is 100 times the
+default, so that their rates (1e-6 of the tool's) do not matter; 10^5 times for the elastic law,
+whose pressure is hundreds of times larger. The ends alone touch the tools: the side's share of the
+area at the edge would add to the unevenness of the penetration.
 
 Tolerances: the limit of the step to 0, by Richardson extrapolation of three or four runs, is exact
-but for the extrapolation: 1e-6. Strain is measured at the middle of the step and the return of
-j2 is exact in a proportional state, as is elasticity: order 2, shown where its error is well above
-that of the elastic volume. A rate is that of the whole step but counts at its
-end: order 1. Mass: the volume equation keeps the sum of the cells' volumes to the tolerance of Newton; what is
-left is (p/kappa)^2/2 as above: 1e-6. With friction the pressure is larger and no longer uniform:
-1e-4 in 50 steps.
+but for the extrapolation: 1e-6. Strain is measured at the middle of the step and the return of j2
+is exact in a proportional state, as is elasticity: order 2, shown where its error is well above
+that of the elastic volume. A rate is that of the whole step but counts at its end: order 1. Mass:
+the volume equation keeps the sum of the cells' volumes to the tolerance of Newton; what is left is
+(p/kappa)^2/2 as above: 1e-6. With friction the pressure is larger and no longer uniform: 1e-4 in
+50 steps.
 """
 import math
 

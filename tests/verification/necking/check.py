@@ -1,7 +1,8 @@
 """Necking of a bar (input/bar_tension): largest force and the elongation where it occurs.
 
-Considere: the force of a homogeneous bar is largest where d sigma/d e = sigma, here at e = 0.122074,
-sigma = 697.23 MPa: 79.73 kN for a radius of 6.413 mm, at an elongation of 7.128 mm with elasticity.
+Considere: the force of a homogeneous bar is largest where d sigma/d e = sigma, here at e =
+0.122074, sigma = 697.23 MPa: 79.73 kN for a radius of 6.413 mm, at an elongation of 7.128 mm with
+elasticity.
 
 A prism whose end is free to contract is homogeneous up to there. With elasticity everywhere, the
 section included, F = sigma A0 exp((1 - 2 nu) sigma/E - e), e = ep + sigma/E, has its maximum at

@@ -1,17 +1,17 @@
 """Simple shear (elastic, perfectly plastic), rates and relaxation in tension: closed forms.
 
 Shear. One square of two triangles, all nodes prescribed. The Jaumann rate gives s12 = G sin(g),
-s11 = -s22 = G (1 - cos g) for the elastic law; errors by G. The update is of order 2: slope
-2 +- 0.1. At dg = 0.01 the error, 7.4e-6 at g = 2 in an independent program, stays below 1e-5; it
-grows with g (the spin of a step is right but for dg^2/24), so that at pi, 1.25e-5, the same limit
-is for dg = 0.005. In perfect plasticity the end is s11 = k^2/G, s12 = k sqrt(1 - k^2/G^2),
-k = Y/sqrt(3): 0.16667 and 115.46993 for Y = 200, G = 80000. The yield condition fixes s12: 1e-6.
-s11 is what is left of the last steps' rotation; the return is that of the end of the step: order 1,
-and the limit by Richardson extrapolation.
+s11 = -s22 = G (1 - cos g) for the elastic law; errors by G. The update is of order 2: slope 2 +-
+0.1. At dg = 0.01 the error, 7.4e-6 at g = 2 in an independent program, stays below 1e-5; it grows
+with g (the spin of a step is right but for dg^2/24), so that at pi, 1.25e-5, the same limit is for
+dg = 0.005. In perfect plasticity the end is s11 = k^2/G, s12 = k sqrt(1 - k^2/G^2), k = Y/sqrt(3):
+0.16667 and 115.46993 for Y = 200, G = 80000. The yield condition fixes s12: 1e-6. s11 is what is
+left of the last steps' rotation; the return is that of the end of the step: order 1, and the limit
+by Richardson extrapolation.
 
 Rates. A bar at constant rate, small strain, drawn until nothing changes: the stress is a root of
-the law, so 1e-6 is the tolerance of Newton. The table in MPa for K = 100, m = 0.2, R = 50 (0 in the
-last two columns):
+the law, so 1e-6 is the tolerance of Newton. The table in MPa for K = 100, m = 0.2, R = 50 (0 in
+the last two columns):
 
   rate   chenot_eq3   perzyna   chenot_eq3, R = 0   norton_hoff
   0.01    86.3086     89.8107        43.1736          76.9614
@@ -72,7 +72,7 @@ def elastic_shear(context):
                               abs(stress[0] / MODULUS - 1 + math.cos(end)),
                               abs(stress[1] / MODULUS + 1 - math.cos(end))))
         judged = 1 if end <= 2 else 2
-        yield context.zero(f'elastic shear to {title}, dg {increments[judged]}: error of stress by G',
+        yield context.zero(f'elastic shear to {title}, dg {increments[judged]}: error by G',
                            errors[judged], 1e-5)
         yield context.order(f'elastic shear to {title}: order, dg 0.02 to 0.01', increments[:2],
                             errors[:2], 2.0, 0.1, two_sided=True)
@@ -89,9 +89,10 @@ def plastic_shear(context):
     limit = yield_shear**2 / MODULUS
     yield context.row('plastic shear: s12', found[-1][3],
                       yield_shear * math.sqrt(1 - (yield_shear / MODULUS)**2), 1e-6)
-    yield context.row('plastic shear: s11, dg to 0', extrapolated([s[0] for s in found]), limit, 1e-4)
+    yield context.row('plastic shear: s11, dg to 0',
+                      extrapolated([stress[0] for stress in found]), limit, 1e-4)
     yield context.order('plastic shear: order of s11', [1 / n for n in counts],
-                        [abs(s[0] - limit) for s in found], 1.0, 0.05)
+                        [abs(stress[0] - limit) for stress in found], 1.0, 0.05)
 
 
 def extrapolated(values):

@@ -1,8 +1,8 @@
 """Sticking upsetting in plane strain: force and pressure do not depend on the number of steps.
 
 A quarter of a block of 10 x 20 mm, 10 x 20 squares of two triangles, its end held by a rough tool
-(motion prescribed), 15 % shorter in 40, 160 and 640 steps; perfectly plastic, E = 200 GPa,
-nu = 0.3, Y = 200 MPa.
+(motion prescribed), 15 % shorter in 40, 160 and 640 steps; perfectly plastic, E = 200 GPa, nu =
+0.3, Y = 200 MPa.
 
 A bubble whose stress acts on the pressure increment alone loses its hold as the steps get smaller:
 roughness of the pressure 0.33, 0.43, 0.48 Y at 10, 40, 160 steps, and the force drifts by per

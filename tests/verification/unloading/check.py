@@ -1,10 +1,10 @@
 """Unloading: a bar pulled into plasticity and released; an upsetting whose tool is withdrawn.
 
-Bar: half of it, a traction that rises to 260 MPa and falls to 0. The uniaxial state is known: small
-strain, e = (260 - Y)/H; large strain, the stress is 260 A0/A, A = V/h, V = V0 (1 - p/kappa), and
-what remains is the plastic strain. Residual strain by 1e-6 of itself: the return is exact in a
-proportional state; what is left in 80 steps is the strain at the middle of the step, de^2/12 = 3e-7,
-and the grad-div term, which takes the pressure of the start of the step: 1e-7.
+Bar: half of it, a traction that rises to 260 MPa and falls to 0. The uniaxial state is known:
+small strain, e = (260 - Y)/H; large strain, the stress is 260 A0/A, A = V/h, V = V0 (1 - p/kappa),
+and what remains is the plastic strain. Residual strain by 1e-6 of itself: the return is exact in a
+proportional state; what is left in 80 steps is the strain at the middle of the step, de^2/12 =
+3e-7, and the grad-div term, which takes the pressure of the start of the step: 1e-7.
 
 Tool: half of a cylinder is shortened by 10 %, then the tool is withdrawn. Without friction the
 height that remains is h0 exp(-plastic strain), to 1e-6. With Coulomb friction residual stresses
