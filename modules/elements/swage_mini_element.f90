@@ -313,10 +313,8 @@ contains
     real(wp), intent(in) :: mass
 
     real(wp) :: bubble_share(6, 6), by_gradient(6, 3, 3), change(6), change_matrix(3, 3), &
-      divergence(self%n_dim, self%n_vertex), memory(6, 3, 3), &
-      strain_change(6, self%n_dim, self%n_vertex), stress_change(6, 3, 3), &
-      stress_gradient(self%n_dim, self%n_vertex)
-    integer :: a, b, column, j, k, m, n, r, v
+      memory(6, 3, 3), strain_change(6, self%n_dim, self%n_vertex), stress_change(6, 3, 3)
+    integer :: a, b, j, k, m, n, r, v
 
     n = self%n_dim
     v = self%n_vertex
@@ -324,13 +322,6 @@ contains
     associate (g => self%gradient_new(:, :, i), gm => self%gradient_mid(:, :, i), &
                volume => self%volume_new(i), hoop => self%hoop_new(i), &
                t => self%tangent(:, :, i), modulus => points%deviatoric_tangent(:, :, i))
-
-      divergence = g
-      divergence(1, :) = divergence(1, :) + hoop
-      do a = 1, v
-        stress_gradient(:, a) = matmul(stress(:n, :n), g(:, a))
-        stress_gradient(1, a) = stress_gradient(1, a) + stress(3, 3) * hoop
-      end do
 
       call strain_by_gradient(self%fixed_geometry, self%displacement_gradient(:, :, i), &
                               self%linear_strain(:, i), points%stress_old(:, i), &
@@ -364,34 +355,14 @@ contains
         end do
       end do
 
-      do b = 1, v
-        do j = 1, n
-          column = m * (b - 1) + j
-          change = stress_change(:, j, 1) * gm(1, b) + stress_change(:, j, 2) * gm(2, b)
-          if (n == 3) change = change + stress_change(:, j, 3) * gm(n, b)
-          if (j == 1 .and. self%kind == AXISYMMETRIC) then
-            change = change + stress_change(:, 3, 3) * self%hoop_mid(i)
-          end if
-          change(1:3) = change(1:3) + self%grad_div_modulus(i) * divergence(j, b)
-          change_matrix = matrix_from_mandel(change)
-          do a = 1, v
-            r = m * (a - 1)
-            do k = 1, n
-              t(r + k, column) = volume * dot_product(change_matrix(:n, k), g(:, a))
-            end do
-            t(r + 1, column) = t(r + 1, column) + volume * change_matrix(3, 3) * hoop
-            if (.not. self%fixed_geometry) then
-              t(r + 1:r + n, column) = t(r + 1:r + n, column) + volume &
-                * (divergence(j, b) * stress_gradient(:, a) - g(j, a) * stress_gradient(:, b))
-              ! The hoop term of the line above belongs to the radius, not to the gradient
-              t(r + 1, column) = t(r + 1, column) + volume * stress(3, 3) * hoop &
-                * (g(j, a) - merge(hoop, 0.0_wp, j == 1))
-            end if
-            t(r + m, column) = -volume * divergence(j, b) / v
-            t(column, r + m) = -volume * divergence(j, b) / v
-          end do
-        end do
-      end do
+      ! Sizes as constants, which the compiler may unroll
+      if (n == 3) then
+        call add_stiffness(3, 4, .not. self%fixed_geometry, volume, hoop, self%hoop_mid(i), &
+                           self%grad_div_modulus(i), stress, g, gm, stress_change, t)
+      else
+        call add_stiffness(2, 3, .not. self%fixed_geometry, volume, hoop, self%hoop_mid(i), &
+                           self%grad_div_modulus(i), stress, g, gm, stress_change, t)
+      end if
 
       do b = 1, v
         do a = 1, v
@@ -426,6 +397,67 @@ contains
     end associate
 
   end subroutine cell_tangent
+
+  !> Derivative of the internal forces by the displacements, and of both equations by the other
+  !> unknown, without what the bubble adds.
+  pure subroutine add_stiffness(n, v, moving, volume, hoop, hoop_mid, grad_div_modulus, stress, g, &
+                                gm, stress_change, t)
+    !> Space dimension and vertices.
+    integer, intent(in) :: n, v
+    !> True when the geometry follows the displacement.
+    logical, intent(in) :: moving
+    real(wp), intent(in) :: volume, hoop, hoop_mid, grad_div_modulus
+    !> Cauchy stress.
+    real(wp), intent(in) :: stress(3, 3)
+    !> Gradients of the vertex functions at the end and the middle of the step.
+    real(wp), intent(in) :: g(n, v), gm(n, v)
+    !> Deviator by the displacement gradient; see [[strain_by_gradient]].
+    real(wp), intent(in) :: stress_change(6, 3, 3)
+    real(wp), intent(inout) :: t((n + 1) * v, (n + 1) * v)
+
+    real(wp) :: change(6), change_matrix(3, 3), divergence(n, v), force(n), stress_gradient(n, v)
+    integer :: a, b, column, j, k, r
+
+    divergence = g
+    divergence(1, :) = divergence(1, :) + hoop
+    do a = 1, v
+      do k = 1, n
+        stress_gradient(k, a) = dot_product(stress(:n, k), g(:, a))
+      end do
+      stress_gradient(1, a) = stress_gradient(1, a) + stress(3, 3) * hoop
+    end do
+
+    do b = 1, v
+      do j = 1, n
+        column = (n + 1) * (b - 1) + j
+        change = stress_change(:, j, 1) * gm(1, b)
+        do k = 2, n
+          change = change + stress_change(:, j, k) * gm(k, b)
+        end do
+        if (j == 1 .and. n == 2) change = change + stress_change(:, 3, 3) * hoop_mid
+        change(1:3) = change(1:3) + grad_div_modulus * divergence(j, b)
+        change_matrix = matrix_from_mandel(change)
+        do a = 1, v
+          r = (n + 1) * (a - 1)
+          do k = 1, n
+            force(k) = dot_product(change_matrix(:n, k), g(:, a))
+          end do
+          if (n == 2) force(1) = force(1) + change_matrix(3, 3) * hoop
+          if (moving) then
+            force = force + divergence(j, b) * stress_gradient(:, a) &
+              - g(j, a) * stress_gradient(:, b)
+            ! The hoop term of the line above belongs to the radius, not to the gradient
+            if (n == 2) force(1) = force(1) + stress(3, 3) * hoop &
+              * (g(j, a) - merge(hoop, 0.0_wp, j == 1))
+          end if
+          t(r + 1:r + n, column) = volume * force
+          t(r + n + 1, column) = -volume * divergence(j, b) / v
+          t(column, r + n + 1) = -volume * divergence(j, b) / v
+        end do
+      end do
+    end do
+
+  end subroutine add_stiffness
 
   !> Gradients of the vertex functions, hoop strain of a unit radial displacement and measure.
   pure subroutine cell_gradients(kind, x, gradient, hoop, volume)
