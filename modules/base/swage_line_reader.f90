@@ -1,6 +1,7 @@
 !> Reading of large text files, line by line and word by word, with messages that name the line.
 module swage_line_reader
   use swage_kinds, only: gp, wp
+  use swage_path, only: describe_unreadable
   use swage_status, only: status_t, STATUS_ERROR
   use swage_text, only: text
   implicit none(type, external)
@@ -77,7 +78,8 @@ contains
           access='stream', iostat=code, iomsg=reason)
     if (code /= 0) then
       self%unit = -1
-      call status%raise(STATUS_ERROR, 'line_reader_open', path // ': ' // trim(reason), exit_code)
+      call status%raise(STATUS_ERROR, 'line_reader_open', path // ': cannot be opened: ' // &
+                        describe_unreadable(path, reason), exit_code)
       return
     end if
     inquire (unit=self%unit, size=self%n_left)
@@ -163,7 +165,7 @@ contains
     n_new = int(min(int(len(self%buffer) - n_kept, gp), self%n_left))
     read (self%unit, iostat=code, iomsg=reason) self%buffer(n_kept + 1:n_kept + n_new)
     if (code /= 0) then
-      call self%fail(trim(reason), status)
+      call self%fail(describe_unreadable(self%path, reason), status)
       return
     end if
     self%position = 1

@@ -1,6 +1,7 @@
 !> Whether results can be written where the user wants them, asked before the run and not after it.
 module swage_output_path
   use swage_comm, only: comm_t
+  use swage_path, only: is_folder
   use swage_status, only: status_t, EXIT_FILE, STATUS_ERROR
   implicit none(type, external)
   private
@@ -90,9 +91,11 @@ contains
 
     logical :: is_there
 
-    inquire (file=folder//'/.', exist=is_there)
-    if (is_there) then
+    inquire (file=folder, exist=is_there)
+    if (is_folder(folder)) then
       words = trim(reason)//'; make the folder '//folder//' writable or choose another'
+    else if (is_there) then
+      words = folder//' is a file, not a folder; choose another'
     else
       words = 'there is no folder '//folder//'; create it (mkdir -p '//folder// &
         ') or choose another'

@@ -575,7 +575,8 @@ contains
       nodes(i) = reading%nodes%find(node)
       if (nodes(i) == 0) then
         call reading%reader%fail('element ' // long_text(tag) // ' has node ' // &
-                                 long_text(node) // ', which the file does not have', status)
+                                 long_text(node) // ', which the file does not have: mesh ' // &
+                                 'again', status)
         return
       end if
     end do

@@ -118,12 +118,14 @@ contains
       kind_of_group = 'Physical Surface'
       if (source%elements(3)%n > 0) call status%raise( &
         STATUS_ERROR, ORIGIN, source%name // ': the mesh has tetrahedra, but the case is ' // &
-        'two-dimensional', EXIT_MESH)
+        'two-dimensional: mesh its section with triangles, or set &job dimension = ''3d''', &
+        EXIT_MESH)
     end if
     if (source%elements(dimension)%n == 0) call status%raise( &
       STATUS_ERROR, ORIGIN, source%name // ': the mesh has no ' // kind_of_cell // &
       ', of which the body of this case consists. Once a physical group is defined, Gmsh ' // &
-      'writes only elements of physical groups: the body needs a ' // kind_of_group, EXIT_MESH)
+      'writes only elements of physical groups: the body needs a ' // kind_of_group // &
+      '; or &job dimension is not that of the mesh', EXIT_MESH)
 
   end subroutine check_dimension
 
@@ -151,7 +153,7 @@ contains
         else if (list%set(cell) == list%set(i)) then
           call status%raise(STATUS_ERROR, 'build_whole_mesh', source%name // ': cell ' // &
                             long_text(list%tag(i)) // ' has the same nodes as cell ' // &
-                            long_text(list%tag(cell)), EXIT_MESH)
+                            long_text(list%tag(cell)) // ': keep one of them', EXIT_MESH)
           return
         else
           call repeated%append(cell, list%set(i))
@@ -249,7 +251,8 @@ contains
         call status%raise(STATUS_ERROR, 'build_whole_mesh', name // ': cell ' // &
                           long_text(whole%cell_tag(cell)) // ' is flat: its nodes, with number ' &
                           // long_text(whole%node_tag(whole%cell_node(1, cell))) // ' at ' // &
-                          position_text(corners(:, 1)) // ', span no volume', EXIT_MESH)
+                          position_text(corners(:, 1)) // ', span no volume: look for ' // &
+                          'coinciding points and mesh again', EXIT_MESH)
         return
       end if
       if (measure < 0.0_wp) then

@@ -4,6 +4,7 @@ module swage_deck
   use swage_comm, only: comm_t
   use swage_group, only: group_create, group_t, NAME_LENGTH
   use swage_namelist, only: namelist_group_t, namelist_parse, position_text
+  use swage_path, only: describe_unreadable
   use swage_spelling, only: did_you_mean, listed
   use swage_status, only: status_t, STATUS_ERROR
   use swage_text, only: text
@@ -307,7 +308,8 @@ contains
     open (newunit=unit, file=path, status='old', action='read', access='stream', &
           form='unformatted', iostat=code, iomsg=reason)
     if (code /= 0) then
-      call status%raise(STATUS_ERROR, 'deck_load', trim(path)//': cannot be opened: '//trim(reason))
+      call status%raise(STATUS_ERROR, 'deck_load', trim(path)//': cannot be opened: '// &
+                        describe_unreadable(path, reason))
       return
     end if
 
@@ -318,7 +320,8 @@ contains
       read (unit, iostat=code, iomsg=reason) content
     end if
     if (code /= 0 .or. n_byte < 0) then
-      call status%raise(STATUS_ERROR, 'deck_load', trim(path)//': cannot be read: '//trim(reason))
+      call status%raise(STATUS_ERROR, 'deck_load', trim(path)//': cannot be read: '// &
+                        describe_unreadable(path, reason))
     end if
     close (unit)
 

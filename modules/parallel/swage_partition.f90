@@ -77,8 +77,8 @@ contains
     n_cell = size(cell_node, 2)
     if (n_cell < n_part) then
       call status%raise(STATUS_ERROR, 'partition_cells', 'the mesh has ' // text(n_cell) // &
-                        ' cells, fewer than the ' // text(n_part) // &
-                        ' processes: start fewer processes', EXIT_MESH)
+                        trim(merge(' cell ', ' cells', n_cell == 1)) // ', fewer than the ' // &
+                        text(n_part) // ' processes: start fewer processes', EXIT_MESH)
       return
     end if
     if (n_part == 1) return

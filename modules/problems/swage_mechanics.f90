@@ -88,6 +88,8 @@ module swage_mechanics
   !> A boundary with its place in the mesh.
   type :: boundary_place_t
     type(boundary_t) :: boundary
+    !> Start of messages about it.
+    character(len=:), allocatable :: title
     !> Local nodes and boundary facets.
     integer, allocatable :: node(:), facet(:)
     !> Of a symmetry plane.
@@ -250,6 +252,15 @@ module swage_mechanics
       character(len=*), intent(in) :: kind
       type(group_t), intent(inout) :: group
     end subroutine mechanics_explain
+
+    !> Collective. Axis, boundaries taken together, support.
+    module subroutine check_whole(self, deck, status)
+      implicit none(type, external)
+      type(mechanics_t), intent(inout) :: self
+      type(deck_t), intent(in) :: deck
+      !> `STATUS_ERROR`, the same on all ranks.
+      type(status_t), intent(inout) :: status
+    end subroutine check_whole
 
     !> Directions and increments that the boundaries impose in this step.
     module subroutine prescribe_motion(self, status)

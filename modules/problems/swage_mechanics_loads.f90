@@ -17,8 +17,9 @@ contains
     type(status_t), intent(inout) :: status
 
     real(wp) :: direction(3), motion(3)
-    integer :: i, j, k, n
+    integer :: i, j, k, later, n
 
+    later = 0
     n = self%mesh%dimension
     call self%constraints%reset(n, self%mesh%n_node)
     if (self%settings%kind == AXISYMMETRIC) then
@@ -50,18 +51,44 @@ contains
           ! A load
         end select
       end associate
+      if (later == 0 .and. self%constraints%contradiction > 0) later = i
     end do
     call self%constraints%complete()
     if (self%constraints%contradiction > 0) then
-      associate (node => self%constraints%contradiction)
-        call status%raise(STATUS_ERROR, 'prescribe_motion', 'two &boundary groups prescribe '// &
-                          'different motions of node '// &
-                          text(int(self%mesh%node_tag(node)))//' at time '//text(self%time_new)// &
-                          ': let them agree there, or leave one of the components out')
-      end associate
+      call status%raise(STATUS_ERROR, 'prescribe_motion', contradiction_text(self, later))
     end if
 
   end subroutine prescribe_motion
+
+  !> Which boundaries contradict each other, and where.
+  function contradiction_text(self, later) result(message)
+    class(mechanics_t), intent(in) :: self
+    !> The boundary that contradicts those before it.
+    integer, intent(in) :: later
+    character(len=:), allocatable :: message
+
+    character(len=:), allocatable :: others
+    integer :: i
+
+    others = ''
+    associate (node => self%constraints%contradiction)
+      do i = 1, later - 1
+        associate (place => self%boundaries(i))
+          if (place%boundary%kind /= BOUNDARY_MOTION .and. &
+              place%boundary%kind /= BOUNDARY_SYMMETRY) cycle
+          if (all(place%node /= node)) cycle
+          if (others /= '') others = others//' and'
+          others = others//' &boundary '''//place%boundary%name//''''
+        end associate
+      end do
+      if (others == '') others = ' the axis of revolution'
+      message = self%boundaries(later)%title//': until time '//text(self%time_new)//' node '// &
+        text(int(self%mesh%node_tag(node)))//near(self%mesh%coordinates(:, node))// &
+        ' shall move otherwise than by'//others//': let them agree there, or leave one of the '// &
+        '`components` out'
+    end associate
+
+  end function contradiction_text
 
   !> Tractions and pressures of the boundaries.
   module subroutine apply_loads(self, moved)

@@ -55,12 +55,7 @@ contains
     call read_contacts(mechanics, deck, status)
     call comm%agree(status)
     if (status%failed()) return
-    call check_rest(mechanics, status)
-    ! Boundaries that contradict each other do so in the first instant
-    mechanics%time_new = min(mechanics%next_event(0.0_wp), 1.0_wp)
-    if (.not. status%failed()) call prescribe_motion(mechanics, status)
-    mechanics%time_new = 0.0_wp
-    call comm%agree(status)
+    call check_whole(mechanics, deck, status)
     if (status%failed()) return
 
     associate (m => mechanics, n_node => mechanics%mesh%n_node)
@@ -346,6 +341,7 @@ contains
         call group%finish(status)
         if (status%failed()) return
 
+        place%title = group%describe('kind')
         call list_boundary(self, places, place%node, place%facet)
         select case (place%boundary%kind)
         case (BOUNDARY_SYMMETRY)
@@ -422,7 +418,8 @@ contains
     end do
     call self%comm%sum(sums)
     if (norm2(sums(1:3)) < (1.0_wp - FLATNESS) * sums(4)) then
-      call group%refuse('group', 'is not plane, as a symmetry must be')
+      call group%refuse('group', 'is not plane, as a symmetry must be: give each plane a '// &
+                        '&boundary of its own')
       call group%finish(status)
       return
     end if
@@ -544,6 +541,7 @@ contains
       call deck%get('contact', i, group)
       call take_contact(group, slave, master, friction, penalty, tangential, separation)
       call find_slave(self, group, slave, facet)
+      call need_surface(self, group, facet)
       call group%finish(status)
       if (status%failed()) return
       call deck%find('tool', master, tool_group, status, from=group, key='master')
@@ -656,6 +654,22 @@ contains
 
   end subroutine find_slave
 
+  !> Collective. A contact needs a surface; a fault stays in `group`.
+  subroutine need_surface(self, group, facet)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(inout) :: group
+    integer, intent(in) :: facet(:)
+
+    integer(gp) :: n_facet
+
+    n_facet = size(facet, kind=gp)
+    call self%comm%sum(n_facet)
+    if (n_facet > 0_gp) return
+    call group%refuse('slave', 'holds no facet of the bodies'' outer surface: name a &body, or '// &
+                      'a physical group of its surface')
+
+  end subroutine need_surface
+
   !> The axis of revolution is no surface.
   subroutine leave_axis(self, touching)
     type(mechanics_t), intent(in) :: self
@@ -762,28 +776,5 @@ contains
     call self%comm%agree(status)
 
   end subroutine check_overlap
-
-  !> What refers to the whole: cells on the right side of the axis, something that moves the bodies.
-  subroutine check_rest(self, status)
-    type(mechanics_t), intent(in) :: self
-    type(status_t), intent(inout) :: status
-
-    integer :: i
-
-    if (self%settings%kind == AXISYMMETRIC) then
-      i = minloc(self%mesh%coordinates(1, :), dim=1)
-      if (self%mesh%coordinates(1, i) < -1.0e-9_wp * self%cell_size) then
-        call status%raise(STATUS_ERROR, 'check_rest', 'node '// &
-                          text(int(self%mesh%node_tag(i)))//' lies at the negative radius '// &
-                          text(self%mesh%coordinates(1, i))//': an axisymmetric mesh has x, '// &
-                          'the radius, at least 0', EXIT_MESH)
-      end if
-    end if
-    if (size(self%boundaries) == 0 .and. size(self%contacts) == 0) then
-      call status%raise(STATUS_ERROR, 'check_rest', 'nothing holds or moves the bodies: give '// &
-                        'a &boundary or a &contact')
-    end if
-
-  end subroutine check_rest
 
 end submodule swage_mechanics_setup

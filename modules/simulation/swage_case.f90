@@ -23,6 +23,9 @@ module swage_case
     'plane_strain', 'axisymmetric', '3d']
   integer, parameter :: KINDS(*) = [PLANE_STRAIN, AXISYMMETRIC, THREE_DIMENSIONAL]
 
+  !> Longest start of a message; what is beyond is cut.
+  integer, parameter :: TITLE_LENGTH = 256
+
   !> What `&job` says.
   type :: job_t
     character(len=:), allocatable :: title
@@ -78,6 +81,8 @@ module swage_case
     type(mesh_file_t) :: mesh
     type(step_grid_t), allocatable :: steps(:)
     character(len=NAME_LENGTH), allocatable :: step_names(:)
+    !> Starts of messages about them.
+    character(len=TITLE_LENGTH), allocatable :: step_titles(:)
     type(solver_keys_t) :: solver
     type(output_keys_t) :: output
   end type case_t
@@ -112,10 +117,11 @@ contains
                         'one, as &step duration = 1.0, increments = 50 /')
       return
     end if
-    allocate (case%steps(n_step), case%step_names(n_step))
+    allocate (case%steps(n_step), case%step_names(n_step), case%step_titles(n_step))
     do i = 1, n_step
       call deck%get('step', i, group)
       case%step_names(i) = group%name
+      case%step_titles(i) = group%describe('increments')
       call take_step(group, case%steps(i))
       call group%finish(status)
       if (status%failed()) return

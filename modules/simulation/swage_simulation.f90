@@ -167,6 +167,7 @@ contains
 
     type(mechanics_settings_t) :: settings
     type(mesh_t) :: mesh
+    type(status_t) :: outcome
     type(tally_t) :: nothing
 
     self%comm = comm
@@ -186,8 +187,12 @@ contains
 
     associate (job => self%case%job, solver => self%case%solver)
       call mesh_load(self%case%mesh%path, merge(3, 2, job%kind == THREE_DIMENSIONAL), &
-                     self%case%mesh%scale, comm, mesh, status)
-      if (status%failed()) return
+                     self%case%mesh%scale, comm, mesh, outcome)
+      if (outcome%failed()) then
+        call status%raise(STATUS_ERROR, 'simulation_prepare', self%case%mesh%title//': '// &
+                          trim(outcome%message), outcome%exit_code)
+        return
+      end if
       settings%kind = job%kind
       settings%fixed_geometry = job%fixed_geometry
       settings%symmetric = solver%symmetric
@@ -395,17 +400,19 @@ contains
 
     character(len=:), allocatable :: place
     type(status_t) :: written
+    integer :: step
 
-    place = 'increment '//text(self%tally%n_increment + 1)//' of step '''// &
-      trim(self%case%step_names(self%control%get_step()))//''' after time '// &
-      time_text(self%case, self%get_time())
+    step = self%control%get_step()
+    place = trim(self%case%step_titles(step))//': increment '// &
+      text(self%tally%n_increment + 1)//' after time '//time_text(self%case, self%get_time())
     call self%write(written)
     if (outcome%severity == STATUS_RETRY) then
       call status%raise(STATUS_ERROR, 'simulation_advance', place//' failed down to dt '// &
                         time_text(self%case, dt)//' (maximum_cuts = '// &
-                        text(self%case%steps(self%control%get_step())%maximum_cuts)//'): '// &
-                        trim(outcome%message)//'. The last converged state is in '// &
-                        self%case%output%prefix//'.vtkhdf', EXIT_CONVERGENCE)
+                        text(self%case%steps(step)%maximum_cuts)//'): '// &
+                        trim(outcome%message)//'. Give more increments or cuts; the last '// &
+                        'converged state is in '//self%case%output%prefix//'.vtkhdf', &
+                        EXIT_CONVERGENCE)
     else
       call status%raise(STATUS_ERROR, 'simulation_advance', place//': '//trim(outcome%message), &
                         outcome%exit_code)
