@@ -5,7 +5,7 @@
 !> compression. Equilibrium is written on the configuration at the end of the step; the strain
 !> increment and the spin are those of the middle (Hughes and Winget, 1980), the strain turned by
 !> half of the rotation, without which the update is of first order only. The volume equation
-!> takes the exact increment of the cell's volume.
+!> takes the exact increment of the cell's volume against that of V0 exp(-p/kappa).
 !>
 !> The bubble (cubic in 2D, quartic in 3D) is a Maxwell element: its stress relaxes by the factor
 !> θ of the cell, with the modulus 2Gθ. Both are frozen over the step, and so is its geometry,
@@ -260,7 +260,8 @@ contains
     type(point_batch_t), intent(in) :: points
     logical, intent(in) :: with_tangent
 
-    real(wp) :: mass, pressure, reference_volume, stress(3, 3), volume_change
+    real(wp) :: elastic_change(self%n_vertex), mass, pressure, reference_volume, stress(3, 3), &
+      volume_change
     integer :: i, v
 
     do i = 1, self%n_cell
@@ -276,14 +277,18 @@ contains
         volume_change = self%volume_old(i) &
           * (self%log_volume_new(i) - self%log_volume_old(i))
       end if
-      ! Mass matrix of the vertex functions: (1 + δ) measure / ((n + 1) (n + 2)). On the reference
-      ! volume the increments of a cell's elastic volume add up to a function of its pressure
+      ! Volume lost to the pressure, by the reference volume: of V0 exp(-p/kappa) exactly, so that
+      ! the increments of all steps add up to a function of the pressure, and mass is kept
       reference_volume = self%volume_old(i)
+      elastic_change = self%inverse_bulk_modulus &
+        * (self%pressure_new(:, i) - self%pressure_old(:, i))
       if (.not. self%fixed_geometry) then
         reference_volume = reference_volume * exp(-self%log_volume_old(i))
+        elastic_change = exp(-self%inverse_bulk_modulus * self%pressure_old(:, i)) &
+          - exp(-self%inverse_bulk_modulus * self%pressure_new(:, i))
       end if
-      mass = self%inverse_bulk_modulus * reference_volume &
-        / ((self%n_dim + 1) * (self%n_dim + 2))
+      ! Mass matrix of the vertex functions: (1 + δ) measure / ((n + 1) (n + 2))
+      mass = reference_volume / ((self%n_dim + 1) * (self%n_dim + 2))
 
       do v = 1, self%n_vertex
         self%residual(:self%n_dim, v, i) = self%volume_new(i) &
@@ -291,8 +296,7 @@ contains
         self%residual(1, v, i) = self%residual(1, v, i) &
           + self%volume_new(i) * stress(3, 3) * self%hoop_new(i)
         self%residual(self%n_dim + 1, v, i) = -volume_change / self%n_vertex &
-          - mass * (sum(self%pressure_new(:, i) - self%pressure_old(:, i)) &
-                    + self%pressure_new(v, i) - self%pressure_old(v, i)) &
+          - mass * (sum(elastic_change) + elastic_change(v)) &
           + dot_product(self%bubble_pressure(:, v, i), self%bubble(:, i))
       end do
 
@@ -309,11 +313,11 @@ contains
     integer, intent(in) :: i
     !> Cauchy stress.
     real(wp), intent(in) :: stress(3, 3)
-    !> Factor of the pressure mass matrix.
+    !> Factor of the mass matrix of the vertex functions.
     real(wp), intent(in) :: mass
 
     real(wp) :: bubble_share(6, 6), by_gradient(6, 3, 3), change(6), change_matrix(3, 3), &
-      memory(6, 3, 3), strain_change(6, self%n_dim, self%n_vertex), stress_change(6, 3, 3)
+      compressibility, memory(6, 3, 3), strain_change(6, self%n_dim, self%n_vertex), stress_change(6, 3, 3)
     integer :: a, b, j, k, m, n, r, v
 
     n = self%n_dim
@@ -365,8 +369,13 @@ contains
       end if
 
       do b = 1, v
+        compressibility = self%inverse_bulk_modulus
+        if (.not. self%fixed_geometry) then
+          compressibility = compressibility &
+            * exp(-self%inverse_bulk_modulus * self%pressure_new(b, i))
+        end if
         do a = 1, v
-          t(m * a, m * b) = -mass * merge(2.0_wp, 1.0_wp, a == b) - self%bubble_factor &
+          t(m * a, m * b) = -mass * compressibility * merge(2.0_wp, 1.0_wp, a == b) - self%bubble_factor &
             * dot_product(self%bubble_pressure(:, a, i), &
                           matmul(self%bubble_compliance(:, :, i), self%bubble_pressure(:, b, i)))
         end do

@@ -505,7 +505,7 @@ contains
     error = 0.0_wp
     do step = 1, n_step
       ratio = 1.0_wp + 0.1_wp * step / n_step
-      pressure = (1.0_wp - cell_volume(kind, ratio * start) / volume) / law%inverse_bulk_modulus
+      pressure = -log(cell_volume(kind, ratio * start) / volume) / law%inverse_bulk_modulus
       assembly%unknowns = pressure
       do i = 1, m
         assembly%unknowns(m * (i - 1) + 1:m * (i - 1) + n) = ratio * start(:, i) &
@@ -670,7 +670,7 @@ contains
     jacobian = left(1, 1) * (left(2, 2) * left(3, 3) - left(2, 3) * left(3, 2)) &
       - left(1, 2) * (left(2, 1) * left(3, 3) - left(2, 3) * left(3, 1)) &
       + left(1, 3) * (left(2, 1) * left(3, 2) - left(2, 2) * left(3, 1))
-    pressure = -(jacobian - 1.0_wp) / inverse_bulk_modulus
+    pressure = -log(jacobian) / inverse_bulk_modulus
 
   end subroutine homogeneous
 

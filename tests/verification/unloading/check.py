@@ -1,7 +1,7 @@
 """Unloading: a bar pulled into plasticity and released; an upsetting whose tool is withdrawn.
 
 Bar: half of it, a traction that rises to 260 MPa and falls to 0. The uniaxial state is known:
-small strain, e = (260 - Y)/H; large strain, the stress is 260 A0/A, A = V/h, V = V0 (1 - p/kappa),
+small strain, e = (260 - Y)/H; large strain, the stress is 260 A0/A, A = V/h, V = V0 exp(-p/kappa),
 and what remains is the plastic strain. Residual strain by 1e-6 of itself: the return is exact in a
 proportional state; what is left in 80 steps is the strain at the middle of the step, de^2/12 =
 3e-7, and the grad-div term, which takes the pressure of the start of the step: 1e-7.
@@ -14,7 +14,7 @@ the largest force, the tolerance of Newton).
 import math
 
 YOUNG, POISSON, YIELD_STRESS, HARDENING = 200000.0, 0.3, 200.0, 2000.0
-BULK, SHEAR = YOUNG / (3 - 6 * POISSON), YOUNG / (2 + 2 * POISSON)
+BULK = YOUNG / (3 - 6 * POISSON)
 TRACTION = 260.0
 HEIGHT = 15.0
 
@@ -111,8 +111,8 @@ def strain(dimension, geometry, history, row):
 
 
 def elastic_strain(stress):
-    """Axial, logarithmic, with the volume V0 (1 + stress/(3 kappa))."""
-    return stress / 3 / SHEAR + math.log(1 + stress / 3 / BULK) / 3
+    """Axial, logarithmic."""
+    return stress / YOUNG
 
 
 def pulled_strain(geometry):
@@ -122,7 +122,7 @@ def pulled_strain(geometry):
     stress = TRACTION
     for _ in range(200):
         plastic = (stress - YIELD_STRESS) / HARDENING
-        section = (1 + stress / 3 / BULK) * math.exp(-plastic - elastic_strain(stress))
+        section = math.exp(stress / 3 / BULK - plastic - elastic_strain(stress))
         stress = TRACTION / section
     return plastic
 
