@@ -225,6 +225,7 @@ contains
   subroutine build_cells(self)
     type(mechanics_t), intent(inout) :: self
 
+    real(wp) :: corners(self%mesh%dimension, self%mesh%dimension + 1)
     real(wp) :: size_of_cell(self%mesh%n_cell), sums(3)
     integer :: cell, first, i, last, n, n_state, place
 
@@ -246,8 +247,8 @@ contains
           self%flow_stress(cell) = law%initial_flow_stress
           call set_initial_state(law, self%state(:, cell))
         end associate
-        self%volume_new(cell) = cell_volume(self%settings%kind, &
-                                            mesh%coordinates(:, mesh%cell_node(:, cell)))
+        corners = mesh%coordinates(:, mesh%cell_node(:, cell))
+        self%volume_new(cell) = cell_volume(self%settings%kind, corners)
       end do
       self%state_new = self%state
       allocate (self%initial_volume, source=self%volume_new)
