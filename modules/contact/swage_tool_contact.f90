@@ -178,8 +178,8 @@ contains
 
   !> Adds the contact forces with the sign of internal forces: the residual is internal minus
   !> external force.
-  subroutine tool_contact_evaluate(self, tool, dt, default_velocity, x_old, x_new, diagonal, &
-                                   residual, values)
+  subroutine tool_contact_evaluate(self, tool, dt, default_velocity, symmetric, x_old, x_new, &
+                                   diagonal, residual, values)
     class(tool_contact_t), intent(inout) :: self
     !> At the end of the step.
     type(rigid_tool_t), intent(in) :: tool
@@ -187,6 +187,9 @@ contains
     real(wp), intent(in) :: dt
     !> Slip rate of the regularisation where the law has none of its own [length/time].
     real(wp), intent(in) :: default_velocity
+    !> The symmetric part of the tangent is what will be factorised: leave out how friction grows
+    !> with the pressure, which belongs to one triangle and mirrored makes the matrix indefinite.
+    logical, intent(in) :: symmetric
     !> Positions at both ends of the step [length]; shape (n_dim, n_node).
     real(wp), intent(in) :: x_old(:, :), x_new(:, :)
     !> Place of the diagonal block of each node; shape (n_node).
@@ -251,7 +254,9 @@ contains
         self%dissipation = self%dissipation + self%area(i) * point%dissipation
         force = force + point%traction
         tangent = tangent + matmul(point%d_slip, d_slip)
-        if (self%pressure(i) > 0.0_wp) tangent = tangent + dyadic(point%d_pressure, d_pressure)
+        if (self%pressure(i) > 0.0_wp .and. .not. symmetric) then
+          tangent = tangent + dyadic(point%d_pressure, d_pressure)
+        end if
 
         force = self%area(i) * force
         tangent = self%area(i) * tangent

@@ -15,7 +15,7 @@ module swage_mechanics
   use swage_linear_solver, only: linear_solver_t
   use swage_material_law, only: material_law_t
   use swage_mesh, only: mesh_t
-  use swage_mini_element, only: AXISYMMETRIC, mini_batch_t, THREE_DIMENSIONAL
+  use swage_mini_element, only: AXISYMMETRIC, cell_volume, mini_batch_t, THREE_DIMENSIONAL
   use swage_newton, only: newton_problem_t
   use swage_point_batch, only: point_batch_t
   use swage_rigid_tool, only: rigid_tool_t
@@ -45,6 +45,10 @@ module swage_mechanics
   !> The least strain of a step that forces and volumes are measured by: what a motion of the whole
   !> leaves in the cells is rounding.
   real(wp), parameter :: LEAST_STRAIN = 1.0e-7_wp
+  !> Share of its volume at which a cell counts as flattened by a first guess, and halvings of the
+  !> guess that prevent it.
+  real(wp), parameter :: FLATTENED = 0.2_wp
+  integer, parameter :: RATE_HALVINGS = 3
   !> Prescribed motion still to be imposed counts as none below this share of the mesh's cell size.
   real(wp), parameter :: IMPOSED = 1.0e-13_wp
 
@@ -353,9 +357,7 @@ contains
 
     if (self%changes_course(time_old)) call expect_elasticity(self)
     if (extrapolate .and. self%carries .and. self%dt_last > 0.0_wp) then
-      self%increment = self%increment_last * ((time_new - time_old) / self%dt_last)
-      self%pressure_new = self%pressure &
-        + (self%pressure - self%pressure_last) * ((time_new - time_old) / self%dt_last)
+      call extrapolate_rate(self, (time_new - time_old) / self%dt_last)
     else
       self%increment = 0.0_wp
       self%pressure_new = self%pressure
@@ -376,6 +378,36 @@ contains
     end do
 
   end subroutine mechanics_begin_step
+
+  !> Collective. Continue the rate of the last step, halved as long as it would flatten a cell:
+  !> those at the edge of a tool shrink fast and slow down by themselves.
+  subroutine extrapolate_rate(self, ratio)
+    class(mechanics_t), intent(inout) :: self
+    !> Length of the step by that of the last one [1].
+    real(wp), intent(in) :: ratio
+
+    real(wp) :: before(self%mesh%dimension, self%mesh%dimension + 1), remaining, share
+    integer :: cell, halving
+
+    share = ratio
+    do halving = 0, RATE_HALVINGS
+      self%increment = share * self%increment_last
+      if (self%settings%fixed_geometry) exit
+      remaining = huge(1.0_wp)
+      do cell = 1, self%mesh%n_cell
+        associate (node => self%mesh%cell_node(:, cell), kind => self%settings%kind)
+          before = self%mesh%coordinates(:, node)
+          remaining = min(remaining, cell_volume(kind, before + self%increment(:, node)) &
+                          / cell_volume(kind, before))
+        end associate
+      end do
+      call self%comm%min(remaining)
+      if (remaining > FLATTENED) exit
+      if (halving < RATE_HALVINGS) share = 0.5_wp * share
+    end do
+    self%pressure_new = self%pressure + share * (self%pressure - self%pressure_last)
+
+  end subroutine extrapolate_rate
 
   !> Where motion or load changes its rate a body may unload: the bubble, whose modulus is frozen
   !> over the step, is then elastic. One that goes on flowing is a little too stiff for a step.
@@ -442,7 +474,8 @@ contains
     allocate (moved, source=self%mesh%coordinates + self%increment)
     do i = 1, size(self%contacts)
       call self%contacts(i)%evaluate(self%tools(self%contacts(i)%tool), self%time_new - self%time, &
-                                     self%slip_rate, self%mesh%coordinates, moved, &
+                                     self%slip_rate, self%settings%symmetric, &
+                                     self%mesh%coordinates, moved, &
                                      self%matrix%diagonal, self%residual, self%matrix%values)
     end do
     call apply_loads(self, moved)
