@@ -317,7 +317,8 @@ contains
     real(wp), intent(in) :: mass
 
     real(wp) :: bubble_share(6, 6), by_gradient(6, 3, 3), change(6), change_matrix(3, 3), &
-      compressibility, memory(6, 3, 3), strain_change(6, self%n_dim, self%n_vertex), stress_change(6, 3, 3)
+      compressibility, memory(6, 3, 3), strain_change(6, self%n_dim, self%n_vertex), &
+      stress_change(6, 3, 3)
     integer :: a, b, j, k, m, n, r, v
 
     n = self%n_dim
@@ -375,7 +376,8 @@ contains
             * exp(-self%inverse_bulk_modulus * self%pressure_new(b, i))
         end if
         do a = 1, v
-          t(m * a, m * b) = -mass * compressibility * merge(2.0_wp, 1.0_wp, a == b) - self%bubble_factor &
+          t(m * a, m * b) = -mass * compressibility * merge(2.0_wp, 1.0_wp, a == b) &
+            - self%bubble_factor &
             * dot_product(self%bubble_pressure(:, a, i), &
                           matmul(self%bubble_compliance(:, :, i), self%bubble_pressure(:, b, i)))
         end do
