@@ -33,6 +33,8 @@ module swage_field_list
   contains
     !> Append a copy of a field.
     procedure :: add => field_list_add
+    !> All names, in order.
+    procedure :: names => field_list_names
     !> Place of a field, 0 when there is none of this name.
     procedure :: find => field_list_find
   end type field_list_t
@@ -73,6 +75,18 @@ contains
     end associate
 
   end subroutine field_list_add
+
+  pure function field_list_names(self) result(names)
+    class(field_list_t), intent(in) :: self
+    character(len=64) :: names(self%n_field)
+
+    integer :: i
+
+    do i = 1, self%n_field
+      names(i) = self%fields(i)%name
+    end do
+
+  end function field_list_names
 
   pure function field_list_find(self, name) result(place)
     class(field_list_t), intent(in) :: self

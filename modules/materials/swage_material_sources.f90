@@ -3,7 +3,7 @@ module swage_material_sources
   use swage_deck, only: deck_t
   use swage_group, only: group_t
   use swage_kinds, only: wp
-  use swage_text, only: text
+  use swage_number, only: number_text
   implicit none(type, external)
   private
 
@@ -44,15 +44,15 @@ contains
     case ('SI')
       if (value > 0.0_wp .and. value < smallest) then
         call group%refuse(key, 'implausibly small in Pa, the stress of units = ''SI'': if it is ' &
-                          //'in MPa, write '//text(value * PASCAL)//'; if in GPa, '// &
-                          text(value * 1.0e3_wp * PASCAL))
+                          //'in MPa, write '//number_text(value * PASCAL)//'; if in GPa, '// &
+                          number_text(value * 1.0e3_wp * PASCAL))
       else if (value > LARGEST_MPA * PASCAL) then
         call group%refuse(key, 'implausibly large in Pa, the stress of units = ''SI''')
       end if
     case ('mm-tonne-s')
       if (value > LARGEST_MPA) then
         call group%refuse(key, 'implausibly large in MPa, the stress of units = ''mm-tonne-s'': ' &
-                          //'if it is in Pa, write '//text(value / PASCAL))
+                          //'if it is in Pa, write '//number_text(value / PASCAL))
       end if
     case default
       ! No other system has a known stress

@@ -65,6 +65,8 @@ module swage_case
   type :: output_keys_t
     !> Result files are `prefix.vtkhdf` and so on.
     character(len=:), allocatable :: prefix
+    !> Start of messages about it; empty when the input does not give it.
+    character(len=:), allocatable :: title
     !> Points of the time grid from one result to the next.
     integer :: every = 1
     !> Fields that are written; all when empty.
@@ -139,8 +141,10 @@ contains
     if (status%failed()) return
     case%output%group = group
     if (case%output%prefix == '') then
+      case%output%title = ''
       case%output%prefix = without_suffix(deck%path)
     else
+      case%output%title = group%describe('prefix')//': '
       case%output%prefix = deck%resolve(case%output%prefix)
     end if
 

@@ -147,8 +147,8 @@ contains
     place = findloc(entries%kind == kind(merge(2, 1, index(kind, '&') == 1):), .true., dim=1)
     if (place == 0) then
       call status%raise(STATUS_ERROR, 'explain_group', 'there is no group &'//trim(kind)// &
-                        did_you_mean(kind, entries%kind)//' Groups: '// &
-                        listed(entries%kind, ', ', ''))
+                        did_you_mean(kind, group_kinds())//' Groups: '// &
+                        listed(group_kinds(), ', ', ''))
       return
     end if
 

@@ -68,7 +68,7 @@ contains
 
     if (size(names) == 0) return
     call mechanics%collect_fields(fields)
-    associate (known => fields%fields(:fields%n_field)%name)
+    associate (known => fields%names())
       do i = 1, size(names)
         if (fields%find(trim(names(i))) > 0) cycle
         call group%refuse('fields', 'there is no field '''//trim(names(i))//''''// &

@@ -4,7 +4,6 @@ module swage_run_report
   use swage_case, only: case_t
   use swage_comm, only: comm_t
   use swage_field_list, only: field_list_t
-  use swage_group, only: NAME_LENGTH
   use swage_kinds, only: gp, wp
   use swage_log, only: clock_text, log_t
   use swage_mechanics, only: mechanics_t
@@ -56,7 +55,6 @@ contains
     type(mechanics_t), intent(in) :: mechanics
     character(len=:), allocatable :: lines
 
-    character(len=NAME_LENGTH), allocatable :: names(:)
     type(field_list_t) :: fields
 
     associate (newton => case%solver%newton)
@@ -67,9 +65,7 @@ contains
     end associate
     if (case%job%fixed_geometry) lines = lines//LINE_FEED//'fixed geometry: small strains'
     call mechanics%collect_fields(fields)
-    allocate (names(fields%n_field))
-    names(:) = fields%fields(:fields%n_field)%name
-    lines = lines//LINE_FEED//'fields: '//listed(names, ', ', '')
+    lines = lines//LINE_FEED//'fields: '//listed(fields%names(), ', ', '')
     if (size(case%output%fields) > 0) then
       lines = lines//LINE_FEED//'written: '//listed(case%output%fields, ', ', '')
     end if

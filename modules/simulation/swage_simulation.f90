@@ -112,7 +112,10 @@ contains
     if (status%failed()) return
     call self%prepare(path, comm, status, content)
     if (status%failed()) return
-    if (present(prefix)) self%case%output%prefix = prefix
+    if (present(prefix)) then
+      self%case%output%prefix = prefix
+      self%case%output%title = ''
+    end if
 
     prints = .false.
     if (present(echo)) prints = echo
@@ -243,8 +246,14 @@ contains
     logical, intent(in) :: prints
     type(status_t), intent(inout) :: status
 
-    call check_writable(self%case%output%prefix, self%comm, status)
-    if (status%failed()) return
+    type(status_t) :: outcome
+
+    call check_writable(self%case%output%prefix, self%comm, outcome)
+    if (outcome%failed()) then
+      call status%raise(STATUS_ERROR, 'simulation_open_files', self%case%output%title// &
+                        trim(outcome%message), outcome%exit_code)
+      return
+    end if
     self%is_running = .true.
     call self%log%open(self%case%output%prefix//'.log', self%comm%rank, prints, status)
     call self%comm%agree(status)
@@ -466,7 +475,7 @@ contains
       call move_alloc(fields%fields(place)%values, values)
       return
     end if
-    associate (known => fields%fields(:fields%n_field)%name)
+    associate (known => fields%names())
       call status%raise(STATUS_ERROR, 'simulation_get_field', 'there is no field '''//name// &
                         ''''//did_you_mean(name, known)//' Fields: '//listed(known, ', ', ''))
     end associate
