@@ -24,7 +24,7 @@ def run(context):
     yield context.row('increments', len(history['time']) - 1, 50, 0)
     yield context.zero('cut increments', sum('failed' in line for line in lines), 0)
 
-    step = done.results().last()
+    step = done.results().step(-1)
     radius = numpy.hypot(step.points[:, 0], step.points[:, 1])
     angle = numpy.arctan2(step.points[:, 1], step.points[:, 0])
     sector = ((angle / (2 * numpy.pi) + 0.5) * N_SECTOR).astype(int) % N_SECTOR
