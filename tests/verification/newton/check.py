@@ -1,4 +1,5 @@
 """Newton: iterations a step of the upsetting, and quadratic convergence at three states."""
+import swage_mesh_writer
 
 
 def sources(context):
@@ -11,8 +12,9 @@ def sources(context):
     yield 'axisymmetric', text
     name = 'upsetting'
     text = (folder / name / f'{name}.nml').read_text(encoding='utf-8')
-    geometry = (folder / name / f'{name}.geo').read_text(encoding='utf-8')
-    context.make_mesh(geometry + 'Mesh.MeshSizeMin = 2.4; Mesh.MeshSizeMax = 2.4;\n', 3, name)
+    # The input's own mesh is fine; its body is the group 'billet'
+    coarse = swage_mesh_writer.cylinder_geometry(10, 30, 2.4).replace('BODY', 'billet')
+    context.make_mesh(coarse, 3, name)
     yield '3D', text
 
 

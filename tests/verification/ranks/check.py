@@ -1,13 +1,16 @@
 """Ranks: the same force history on 1, 2 and 3 ranks; a debug build runs the upsetting clean."""
 import subprocess
 
+import swage_mesh_writer
+
 TOLERANCE = 1e-8
 
 
 def run(context):
     folder = context.root / 'input' / 'upsetting'
-    geometry = (folder / 'upsetting.geo').read_text(encoding='utf-8')
-    context.make_mesh(geometry + 'Mesh.MeshSizeMin = 2.4; Mesh.MeshSizeMax = 2.4;\n', 3, 'upsetting')
+    # The input's own mesh is fine; its body is the group 'billet'
+    coarse = swage_mesh_writer.cylinder_geometry(10, 30, 2.4).replace('BODY', 'billet')
+    context.make_mesh(coarse, 3, 'upsetting')
     text = (folder / 'upsetting.nml').read_text(encoding='utf-8')
     # Fixed steps: none may be cut
     text = text.replace('increments = 50', 'increments = 50, maximum_cuts = 0')
