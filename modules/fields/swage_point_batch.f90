@@ -29,8 +29,6 @@ module swage_point_batch
     integer(gp), allocatable :: cell(:)
     !> Kelvin [temperature], at both ends of the step; shape (n_point).
     real(wp), allocatable :: temperature_old(:), temperature_new(:)
-    !> From the reference configuration of the point [1]; shape (3, 3, n_point).
-    real(wp), allocatable :: deformation_gradient_old(:, :, :), deformation_gradient_new(:, :, :)
     !> Rotation over the step [1]; shape (3, 3, n_point).
     real(wp), allocatable :: rotation_increment(:, :, :)
     !> Logarithmic to second order in the step [1]; shape (6, n_point).
@@ -91,8 +89,6 @@ contains
     do i = 1, 3
       batch%rotation_increment(i, i, :) = 1.0_wp
     end do
-    allocate (batch%deformation_gradient_old, source=batch%rotation_increment)
-    allocate (batch%deformation_gradient_new, source=batch%rotation_increment)
     allocate (batch%strain_increment(6, capacity), source=0.0_wp)
     allocate (batch%stress_old(6, capacity), source=0.0_wp)
     allocate (batch%state_old(n_state, capacity), source=0.0_wp)

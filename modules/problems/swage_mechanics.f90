@@ -470,6 +470,7 @@ contains
     end do
     call self%comm%agree(status)
     if (status%failed()) return
+    call self%comm%min(self%recommended_step)
 
     allocate (moved, source=self%mesh%coordinates + self%increment)
     do i = 1, size(self%contacts)
