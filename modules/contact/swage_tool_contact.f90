@@ -7,8 +7,9 @@
 !> on the slip against the material point of the tool that the node started from, which makes a
 !> turning tool exact at any angle.
 module swage_tool_contact
+  use swage_block_matrix, only: block_matrix_t
   use swage_friction, only: friction_law_t, friction_point_t
-  use swage_kinds, only: gp, wp
+  use swage_kinds, only: wp
   use swage_rigid_tool, only: rigid_tool_t
   use swage_rotation, only: cross_product, dyadic, IDENTITY
   implicit none(type, external)
@@ -178,8 +179,7 @@ contains
 
   !> Adds the contact forces with the sign of internal forces: the residual is internal minus
   !> external force.
-  subroutine tool_contact_evaluate(self, tool, dt, default_velocity, symmetric, x_old, x_new, &
-                                   diagonal, residual, values)
+  subroutine tool_contact_evaluate(self, tool, dt, default_velocity, x_old, x_new, residual, matrix)
     class(tool_contact_t), intent(inout) :: self
     !> At the end of the step.
     type(rigid_tool_t), intent(in) :: tool
@@ -187,17 +187,12 @@ contains
     real(wp), intent(in) :: dt
     !> Slip rate of the regularisation where the law has none of its own [length/time].
     real(wp), intent(in) :: default_velocity
-    !> The symmetric part of the tangent is what will be factorised: leave out how friction grows
-    !> with the pressure, which belongs to one triangle and mirrored makes the matrix indefinite.
-    logical, intent(in) :: symmetric
     !> Positions at both ends of the step [length]; shape (n_dim, n_node).
     real(wp), intent(in) :: x_old(:, :), x_new(:, :)
-    !> Place of the diagonal block of each node; shape (n_node).
-    integer(gp), intent(in) :: diagonal(:)
     !> Shape (n_dim + 1, n_node).
     real(wp), intent(inout) :: residual(:, :)
-    !> Blocks of the tangent; shape (n_dim + 1, n_dim + 1, n_block).
-    real(wp), intent(inout) :: values(:, :, :)
+    !> The tangent, to which that of the contact is added.
+    type(block_matrix_t), intent(inout) :: matrix
 
     type(friction_point_t) :: point
     real(wp) :: d_normal(3, 3), d_pressure(3), d_slip(3, 3), force(3), from_tool(3), &
@@ -254,14 +249,17 @@ contains
         self%dissipation = self%dissipation + self%area(i) * point%dissipation
         force = force + point%traction
         tangent = tangent + matmul(point%d_slip, d_slip)
-        if (self%pressure(i) > 0.0_wp .and. .not. symmetric) then
-          tangent = tangent + dyadic(point%d_pressure, d_pressure)
-        end if
-
         force = self%area(i) * force
         tangent = self%area(i) * tangent
         residual(:n, node) = residual(:n, node) - force(:n)
-        values(:n, :n, diagonal(node)) = values(:n, :n, diagonal(node)) - tangent(:n, :n)
+        associate (block => matrix%values(:n, :n, matrix%diagonal(node)))
+          block = block - tangent(:n, :n)
+        end associate
+        ! How friction grows with the pressure belongs to one triangle alone
+        if (self%pressure(i) > 0.0_wp) then
+          tangent = self%area(i) * dyadic(point%d_pressure, d_pressure)
+          call matrix%add_unsymmetric(matrix%diagonal(node), -tangent(:n, :n))
+        end if
         self%force = self%force - force
         self%torque = self%torque - cross_product(x - tool%reference_point, force)
         self%force_square = self%force_square + dot_product(force, force)

@@ -207,7 +207,7 @@ contains
     !> Along the local axes; shape (n_dim + 1, n_node).
     real(wp), intent(out) :: load(:, :)
 
-    integer :: c, i, j, n
+    integer :: c, e, i, j, n
     integer(gp) :: k
 
     n = self%n_dim
@@ -215,17 +215,12 @@ contains
     do i = 1, matrix%n_node
       do k = matrix%row_start(i), matrix%row_start(i + 1) - 1_gp
         j = matrix%column(k)
-        associate (block => matrix%values(:, :, k), a => self%of_node(i), b => self%of_node(j))
-          if (a > 0) then
-            block(:n, :) = matmul(transpose(self%axes(:, :, a)), block(:n, :))
-          end if
-          if (b > 0) then
-            block(:, :n) = matmul(block(:, :n), self%axes(:, :, b))
-            load(:, i) = load(:, i) + matmul(block(:, :n), rest(:n, j))
-            block(:, :self%n_direction(b)) = 0.0_wp
-          end if
-          if (a > 0) block(:self%n_direction(a), :) = 0.0_wp
-        end associate
+        if (self%of_node(i) == 0 .and. self%of_node(j) == 0) cycle
+        call turn(self, i, j, matrix%values(:, :, k))
+        if (self%of_node(j) > 0) then
+          load(:, i) = load(:, i) + matmul(matrix%values(:, :n, k), rest(:n, j))
+        end if
+        call clear_constrained(self, i, j, matrix%values(:, :, k))
       end do
       if (self%of_node(i) > 0 .and. i <= n_own_node) then
         do c = 1, self%n_direction(self%of_node(i))
@@ -233,7 +228,42 @@ contains
         end do
       end if
     end do
+    do e = 1, matrix%n_extra
+      i = matrix%extra_row(e)
+      j = matrix%column(matrix%extra_block(e))
+      call turn(self, i, j, matrix%extra(:, :, e))
+      call clear_constrained(self, i, j, matrix%extra(:, :, e))
+    end do
 
   end subroutine constraints_impose
+
+  !> Turn a block to the local axes of its two nodes.
+  pure subroutine turn(self, row, column, block)
+    class(constraints_t), intent(in) :: self
+    integer, intent(in) :: row, column
+    real(wp), intent(inout) :: block(:, :)
+
+    integer :: n
+
+    n = self%n_dim
+    associate (a => self%of_node(row), b => self%of_node(column))
+      if (a > 0) block(:n, :) = matmul(transpose(self%axes(:, :, a)), block(:n, :))
+      if (b > 0) block(:, :n) = matmul(block(:, :n), self%axes(:, :, b))
+    end associate
+
+  end subroutine turn
+
+  !> Set the constrained rows and columns of a block to zero.
+  pure subroutine clear_constrained(self, row, column, block)
+    class(constraints_t), intent(in) :: self
+    integer, intent(in) :: row, column
+    real(wp), intent(inout) :: block(:, :)
+
+    associate (a => self%of_node(row), b => self%of_node(column))
+      if (a > 0) block(:self%n_direction(a), :) = 0.0_wp
+      if (b > 0) block(:, :self%n_direction(b)) = 0.0_wp
+    end associate
+
+  end subroutine clear_constrained
 
 end module swage_constraints

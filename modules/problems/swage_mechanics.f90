@@ -475,9 +475,8 @@ contains
     allocate (moved, source=self%mesh%coordinates + self%increment)
     do i = 1, size(self%contacts)
       call self%contacts(i)%evaluate(self%tools(self%contacts(i)%tool), self%time_new - self%time, &
-                                     self%slip_rate, self%settings%symmetric, &
-                                     self%mesh%coordinates, moved, &
-                                     self%matrix%diagonal, self%residual, self%matrix%values)
+                                     self%slip_rate, self%mesh%coordinates, moved, &
+                                     self%residual, self%matrix)
     end do
     call apply_loads(self, moved)
     call self%mesh%halo%accumulate(self%residual)
@@ -697,7 +696,7 @@ contains
     call self%solver%factorise(self%matrix, status)
     call self%comm%agree(status)
     if (status%failed()) return
-    call self%solver%solve(right_hand_side, self%correction, status)
+    call self%solver%solve(self%matrix, right_hand_side, 0.0_wp, self%correction, status)
     call self%comm%agree(status)
     if (status%failed()) return
     call self%constraints%to_global(self%correction)

@@ -28,11 +28,24 @@ module swage_block_matrix
     integer(gp), allocatable :: cell_block(:, :, :)
     !> Shape (n_slot, n_slot, n_block), rows first.
     real(wp), allocatable :: values(:, :, :)
+    !> Blocks with a part that no symmetric matrix can stand for, as how friction grows with the
+    !> pressure. It is in `values` too: the product is that of the whole matrix, and a symmetric
+    !> factor leaves this part out, which mirrored would make it indefinite.
+    integer :: n_extra = 0
+    !> Row, and block, of each; shape (n_extra) or longer.
+    integer, allocatable :: extra_row(:)
+    integer(gp), allocatable :: extra_block(:)
+    !> The part; shape (n_slot, n_slot, n_extra) or longer.
+    real(wp), allocatable :: extra(:, :, :)
+    !> Place of each block in the list, 0 if it has no such part; shape (n_block).
+    integer, allocatable :: extra_of_block(:)
   contains
     !> Set all values to zero.
     procedure :: clear => block_matrix_clear
     !> Add the matrix of one cell, unknowns vertex by vertex.
     procedure :: add_cell => block_matrix_add_cell
+    !> Add to the leading rows and columns of a block what a symmetric factor is to leave out.
+    procedure :: add_unsymmetric => block_matrix_add_unsymmetric
     !> Collective. Product with a vector given on all copies of the nodes.
     procedure :: multiply => block_matrix_multiply
   end type block_matrix_t
@@ -88,6 +101,9 @@ contains
     end do
     matrix%n_block = filled
     allocate (matrix%values(matrix%n_slot, matrix%n_slot, filled), source=0.0_wp)
+    allocate (matrix%extra_of_block(filled), source=0)
+    allocate (matrix%extra_row(0), matrix%extra_block(0))
+    allocate (matrix%extra(matrix%n_slot, matrix%n_slot, 0))
 
     ! Where the blocks of each cell lie: scatter the row, then look up
     allocate (matrix%cell_block(n_vertex, n_vertex, n_cell), place(n_node))
@@ -113,6 +129,8 @@ contains
     class(block_matrix_t), intent(inout) :: self
 
     self%values = 0.0_wp
+    self%extra_of_block(self%extra_block(:self%n_extra)) = 0
+    self%n_extra = 0
 
   end subroutine block_matrix_clear
 
@@ -139,6 +157,73 @@ contains
     end do
 
   end subroutine block_matrix_add_cell
+
+  pure subroutine block_matrix_add_unsymmetric(self, block, part)
+    class(block_matrix_t), intent(inout) :: self
+    !> Place among the blocks.
+    integer(gp), intent(in) :: block
+    !> Square, at most (n_slot, n_slot): displacements alone when smaller.
+    real(wp), intent(in) :: part(:, :)
+
+    integer :: m, place
+
+    m = size(part, 1)
+    place = self%extra_of_block(block)
+    if (place == 0) then
+      if (self%n_extra == size(self%extra_block)) call lengthen(self)
+      place = self%n_extra + 1
+      self%n_extra = place
+      self%extra_of_block(block) = place
+      self%extra_block(place) = block
+      self%extra_row(place) = row_of(self, block)
+      self%extra(:, :, place) = 0.0_wp
+    end if
+    self%extra(:m, :m, place) = self%extra(:m, :m, place) + part
+    self%values(:m, :m, block) = self%values(:m, :m, block) + part
+
+  end subroutine block_matrix_add_unsymmetric
+
+  !> Room for twice as many extra parts.
+  pure subroutine lengthen(matrix)
+    type(block_matrix_t), intent(inout) :: matrix
+
+    integer, allocatable :: row(:)
+    integer(gp), allocatable :: block(:)
+    real(wp), allocatable :: extra(:, :, :)
+    integer :: n
+
+    n = matrix%n_extra
+    allocate (row(2 * n + 8), block(2 * n + 8))
+    allocate (extra(matrix%n_slot, matrix%n_slot, 2 * n + 8))
+    row(:n) = matrix%extra_row(:n)
+    block(:n) = matrix%extra_block(:n)
+    extra(:, :, :n) = matrix%extra(:, :, :n)
+    call move_alloc(row, matrix%extra_row)
+    call move_alloc(block, matrix%extra_block)
+    call move_alloc(extra, matrix%extra)
+
+  end subroutine lengthen
+
+  !> Row of a block, by bisection.
+  pure function row_of(matrix, block) result(row)
+    type(block_matrix_t), intent(in) :: matrix
+    integer(gp), intent(in) :: block
+    integer :: row
+
+    integer :: last, middle
+
+    row = 1
+    last = matrix%n_node
+    do while (row < last)
+      middle = (row + last + 1) / 2
+      if (matrix%row_start(middle) <= block) then
+        row = middle
+      else
+        last = middle - 1
+      end if
+    end do
+
+  end function row_of
 
   subroutine block_matrix_multiply(self, halo, x, y)
     class(block_matrix_t), intent(in) :: self

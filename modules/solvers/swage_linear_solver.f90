@@ -16,7 +16,7 @@ module swage_linear_solver
   contains
     !> Take new values of the matrix.
     procedure(factorise_matrix), deferred :: factorise
-    !> Solve with the last matrix.
+    !> Solve with the last matrix, which is given again: a solver may iterate.
     procedure(solve_system), deferred :: solve
     !> What the solver decided since the last call, for the log; blank if nothing.
     procedure(report_decisions), deferred :: report
@@ -35,12 +35,16 @@ module swage_linear_solver
       type(status_t), intent(inout) :: status
     end subroutine factorise_matrix
 
-    subroutine solve_system(self, right_hand_side, solution, status)
-      import :: linear_solver_t, status_t, wp
+    subroutine solve_system(self, matrix, right_hand_side, tolerance, solution, status)
+      import :: block_matrix_t, linear_solver_t, status_t, wp
       implicit none(type, external)
       class(linear_solver_t), intent(inout) :: self
+      !> The matrix of the last call to `factorise`.
+      type(block_matrix_t), intent(in) :: matrix
       !> Complete on the owner of each node; shape (n_slot, n_node).
       real(wp), contiguous, intent(in) :: right_hand_side(:, :)
+      !> Norm of the residual that may be left, by that of the right-hand side [1]; 0: exact.
+      real(wp), intent(in) :: tolerance
       !> On every copy; shape (n_slot, n_node).
       real(wp), contiguous, intent(out) :: solution(:, :)
       type(status_t), intent(inout) :: status

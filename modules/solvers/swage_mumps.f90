@@ -163,9 +163,13 @@ contains
 
   end subroutine mumps_factorise
 
-  subroutine mumps_solve(self, right_hand_side, solution, status)
+  subroutine mumps_solve(self, matrix, right_hand_side, tolerance, solution, status)
     class(mumps_solver_t), intent(inout) :: self
+    !> Only its factors count.
+    type(block_matrix_t), intent(in) :: matrix
     real(wp), contiguous, intent(in) :: right_hand_side(:, :)
+    !> The solution is exact whatever is asked for.
+    real(wp), intent(in) :: tolerance
     real(wp), contiguous, intent(out) :: solution(:, :)
     type(status_t), intent(inout) :: status
 
@@ -285,7 +289,9 @@ contains
               if (solver%symmetric) then
                 if (matrix%column(k) == i .and. c < d) cycle
                 n = n + 1_gp
-                id%a_loc(n) = 0.5_wp * (matrix%values(c, d, k) + matrix%values(d, c, mirror))
+                id%a_loc(n) = 0.5_wp * (matrix%values(c, d, k) + matrix%values(d, c, mirror) &
+                                        - extra_value(matrix, c, d, k) &
+                                        - extra_value(matrix, d, c, mirror))
               else
                 n = n + 1_gp
                 id%a_loc(n) = matrix%values(c, d, k)
@@ -297,6 +303,19 @@ contains
     end associate
 
   end subroutine set_values
+
+  !> What a symmetric factor leaves out of a value.
+  pure function extra_value(matrix, row, column, block) result(value)
+    type(block_matrix_t), intent(in) :: matrix
+    integer, intent(in) :: row, column
+    integer(gp), intent(in) :: block
+    real(wp) :: value
+
+    value = 0.0_wp
+    if (matrix%extra_of_block(block) == 0) return
+    value = matrix%extra(row, column, matrix%extra_of_block(block))
+
+  end function extra_value
 
   !> Place of a block that exists, by bisection.
   pure function block_at(matrix, row, column) result(place)
