@@ -1,8 +1,10 @@
 !> Names of the shapes of rigid tools. A new shape is one new file and one line in `registry`.
 module swage_shape_registry
+  use swage_cone, only: cone_from_group
   use swage_cylinder, only: cylinder_from_group
   use swage_group, only: group_t
   use swage_plane, only: plane_from_group
+  use swage_profile, only: profile_from_group
   use swage_rigid_shape, only: rigid_shape_t
   use swage_sphere, only: sphere_from_group
   implicit none(type, external)
@@ -38,7 +40,9 @@ contains
     entries = [ &
       entry_t('plane', plane_from_group), &
       entry_t('cylinder', cylinder_from_group), &
-      entry_t('sphere', sphere_from_group)]
+      entry_t('sphere', sphere_from_group), &
+      entry_t('cone', cone_from_group), &
+      entry_t('profile', profile_from_group)]
 
   end function registry
 
