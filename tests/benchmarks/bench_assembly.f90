@@ -1,0 +1,130 @@
+!> CPU time of residual and tangent, per cell: of a whole evaluation, and of its phases.
+!>
+!> usage: bench_assembly CASE.nml [SHARE [REPETITIONS]]
+!>
+!> Runs the case to SHARE of its end (0.4 unless given), then evaluates the next step again and
+!> again. The phases of one batch are repeated by themselves, so their data lie in the cache; what
+!> the whole takes beyond their sum is gathering and scattering in memory, contact and boundaries.
+!> Of a few runs on a loaded machine the smallest counts.
+program bench_assembly
+  use swage, only: comm_t, environment_start, environment_stop, simulation_t, status_t, wp
+  implicit none(type, external)
+
+  real(wp), parameter :: NANOSECOND = 1.0e-9_wp
+  type(comm_t) :: comm
+  type(simulation_t) :: simulation
+  type(status_t) :: status
+  character(len=32) :: word
+  integer :: n_repeat
+  real(wp) :: share
+
+  share = 0.4_wp
+  n_repeat = 20
+  if (command_argument_count() > 1) then
+    word = argument(2)
+    read (word, *) share
+  end if
+  if (command_argument_count() > 2) then
+    word = argument(3)
+    read (word, *) n_repeat
+  end if
+  call environment_start(comm)
+  call simulation%start(argument(1), comm, status)
+  if (.not. status%failed()) then
+    call simulation%advance_to(share * simulation%get_end(), status)
+  end if
+  if (.not. status%failed()) call measure(simulation, n_repeat, status)
+  call simulation%finish(status)
+  call environment_stop()
+  if (status%failed()) error stop status%message
+
+contains
+
+  subroutine measure(simulation, n_repeat, status)
+    type(simulation_t), intent(inout) :: simulation
+    integer, intent(in) :: n_repeat
+    type(status_t), intent(inout) :: status
+
+    real(wp) :: finish, law, least, scatter, start, whole
+    integer :: batch, cell, i, n, n_batch, n_failed, repetition
+
+    associate (problem => simulation%mechanics, time => simulation%get_time())
+      call problem%begin_step(time, time + 0.02_wp * simulation%get_end(), .true., status)
+      if (status%failed()) return
+      least = huge(1.0_wp)
+      do repetition = 1, n_repeat
+        whole = seconds()
+        call problem%evaluate(status)
+        least = min(least, seconds() - whole)
+        if (status%failed()) return
+      end do
+      n = problem%mesh%n_cell
+      write (*, '(a,i0,a,i0,a)') 'cells ', n, ', nodes ', problem%mesh%n_node, ''
+      write (*, '(a,f8.1)') 'whole evaluation  [ns/cell]', least / (n * NANOSECOND)
+      write (*, '(a,f8.1)') 'cells that flow   [%]      ', &
+        100.0_wp * count(problem%relaxation_new < 1.0_wp) / n
+
+      ! As many batches as the mesh has, from the cache
+      n_batch = (n + problem%element%n_cell - 1) / problem%element%n_cell
+      start = huge(1.0_wp)
+      law = huge(1.0_wp)
+      finish = huge(1.0_wp)
+      scatter = huge(1.0_wp)
+      do repetition = 1, n_repeat
+        whole = seconds()
+        do batch = 1, n_batch
+          call problem%element%start(problem%points)
+        end do
+        start = min(start, seconds() - whole)
+        whole = seconds()
+        do batch = 1, n_batch
+          associate (range => problem%batches(size(problem%batches)))
+            call problem%materials(range%material)%law%update(problem%points, n_failed)
+          end associate
+        end do
+        law = min(law, seconds() - whole)
+        whole = seconds()
+        do batch = 1, n_batch
+          call problem%element%finish(problem%points, .true.)
+        end do
+        finish = min(finish, seconds() - whole)
+        whole = seconds()
+        i = 0
+        do cell = 1, n
+          i = mod(i, problem%element%n_cell) + 1
+          call problem%matrix%add_cell(problem%cell_order(cell), problem%element%tangent(:, :, i))
+        end do
+        scatter = min(scatter, seconds() - whole)
+      end do
+      n_batch = n_batch * problem%element%n_cell
+      write (*, '(a,f8.1)') 'kinematics        [ns/cell]', start / (n_batch * NANOSECOND)
+      write (*, '(a,f8.1)') 'law               [ns/cell]', law / (n_batch * NANOSECOND)
+      write (*, '(a,f8.1)') 'residual, tangent [ns/cell]', finish / (n_batch * NANOSECOND)
+      write (*, '(a,f8.1)') 'matrix            [ns/cell]', scatter / (n * NANOSECOND)
+      call problem%reject_step()
+    end associate
+
+  end subroutine measure
+
+  !> CPU time [s].
+  function seconds() result(time)
+    real(wp) :: time
+
+    call cpu_time(time)
+
+  end function seconds
+
+  !> Of the command line.
+  function argument(i) result(word)
+    integer, intent(in) :: i
+    character(len=:), allocatable :: word
+
+    integer :: length
+
+    call get_command_argument(i, length=length)
+    allocate (character(len=length) :: word)
+    call get_command_argument(i, word)
+
+  end function argument
+
+end program bench_assembly
