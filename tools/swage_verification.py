@@ -102,15 +102,16 @@ class Context:
     """One case at work. Paths: `root` of the repository, `source` of the case (with its check.py),
     `folder` for its files (build/verification/NAME, emptied at the start), `build`
     (build/release), `programs` (verification programs of the case) and `swage`, the program.
+    `kind` is the folder of tests: 'verification' or 'benchmarks'.
     `ranks`: what tools/verify --ranks says, else 1. `quick`: whether tools/verify --quick runs.
     """
 
-    def __init__(self, root, name, ranks=1, quick=False, build='release'):
+    def __init__(self, root, name, ranks=1, quick=False, build='release', kind='verification'):
         self.root, self.name, self.ranks, self.quick = root, name, ranks, quick
-        self.source = root / 'tests' / 'verification' / name
-        self.folder = root / 'build' / 'verification' / name
+        self.source = root / 'tests' / kind / name
+        self.folder = root / 'build' / kind / name
         self.build = root / 'build' / build
-        self.programs = self.build / 'verification' / name
+        self.programs = self.build / kind / name
         self.swage = self.build / 'swage'
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir(parents=True)

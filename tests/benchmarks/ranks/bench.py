@@ -1,0 +1,28 @@
+"""One rank against two: wall-clock seconds by phase, and memory a rank.
+
+The upsetting with about 30 thousand nodes to 5 % of reduction; nothing else may run meanwhile.
+"""
+import re
+
+import upsetting_work
+
+
+def run(context):
+    mesh = '2k' if context.quick else '30k'
+    upsetting_work.make_mesh(context, mesh)
+    walls, memory, iterations = {}, {}, {}
+    for ranks in (1, 2):
+        done = context.run_swage(upsetting_work.text(mesh, 0.05), ranks=ranks,
+                                 name=f'{mesh}_{ranks}', timeout=7200)
+        walls[ranks] = context.walls(done)
+        iterations[ranks] = context.counts(done)['iterations']
+        memory[ranks] = float(re.search(r'(\d+) MB on the largest rank', done.output)[1])
+    context.title('phase', '1 rank [s]', '2 ranks [s]', 'speed-up')
+    for phase in walls[1]:
+        one, two = walls[1][phase], walls[2][phase]
+        context.line(phase, one, two, one / two if two > 0 else float('nan'))
+    pair = [sum(walls[ranks].get(phase, 0.0) for phase in ('factorisation', 'solution'))
+            for ranks in (1, 2)]
+    context.line('factorisation and solution', *pair, pair[0] / pair[1])
+    context.line('iterations', iterations[1], iterations[2], '')
+    context.line('memory of a rank [MB]', memory[1], memory[2], f'ratio {memory[2] / memory[1]:.3f}')
