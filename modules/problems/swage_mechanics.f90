@@ -17,6 +17,7 @@ module swage_mechanics
   use swage_mesh, only: mesh_t
   use swage_mini_element, only: AXISYMMETRIC, cell_volume, mini_batch_t, THREE_DIMENSIONAL
   use swage_newton, only: newton_problem_t
+  use swage_phase_times, only: phase_times_t, PHASE_CELLS, PHASE_CONTACT
   use swage_point_batch, only: point_batch_t
   use swage_rigid_tool, only: rigid_tool_t
   use swage_status, only: EXIT_CONVERGENCE, status_t, STATUS_RETRY
@@ -196,9 +197,8 @@ module swage_mechanics
     real(wp) :: total_plastic_work = 0.0_wp
     !> Power-conjugate forces at the last accepted step: tools (6), boundaries (3); see history.
     real(wp), allocatable :: tool_force(:, :), reaction(:, :), load_force(:, :)
-    !> CPU time in assembly, factorisation and solution, contact [s].
-    real(wp) :: cpu_assembly = 0.0_wp
-    real(wp) :: cpu_solver = 0.0_wp
+    !> Time spent on cells and contact; that of equations is in `solver`.
+    type(phase_times_t) :: times
   contains
     procedure :: evaluate => mechanics_evaluate
     procedure :: correct => mechanics_correct
@@ -363,6 +363,7 @@ contains
       self%pressure_new = self%pressure
     end if
 
+    call self%times%begin(PHASE_CONTACT)
     allocate (area(1, self%mesh%n_node))
     if (size(self%contacts) > 0) call nodal_flow_stress(self, flow_stress)
     do i = 1, size(self%contacts)
@@ -376,6 +377,7 @@ contains
         call contact%begin_step(tool_old, self%mesh%coordinates, area(1, :), flow_stress(1, :))
       end associate
     end do
+    call self%times%end(PHASE_CONTACT)
 
   end subroutine mechanics_begin_step
 
@@ -452,12 +454,11 @@ contains
     class(mechanics_t), intent(inout) :: self
     type(status_t), intent(inout) :: status
 
-    real(wp) :: cpu_end, cpu_start
     real(wp), allocatable :: moved(:, :), rest(:, :)
     real(wp) :: cell_forces, largest, strained_volume
     integer :: i
 
-    call cpu_time(cpu_start)
+    call self%times%begin(PHASE_CELLS)
     self%n_evaluation = self%n_evaluation + 1
     self%residual = 0.0_wp
     call self%matrix%clear()
@@ -468,10 +469,12 @@ contains
       call evaluate_batch(self, self%batches(i), cell_forces, strained_volume, status)
       if (status%failed()) exit
     end do
+    call self%times%end(PHASE_CELLS)
     call self%comm%agree(status)
     if (status%failed()) return
     call self%comm%min(self%recommended_step)
 
+    call self%times%begin(PHASE_CONTACT)
     allocate (moved, source=self%mesh%coordinates + self%increment)
     do i = 1, size(self%contacts)
       call self%contacts(i)%evaluate(self%tools(self%contacts(i)%tool), self%time_new - self%time, &
@@ -479,6 +482,7 @@ contains
                                      self%residual, self%matrix)
     end do
     call apply_loads(self, moved)
+    call self%times%end(PHASE_CONTACT)
     call self%mesh%halo%accumulate(self%residual)
 
     allocate (rest(self%mesh%dimension + 1, self%mesh%n_node))
@@ -486,8 +490,6 @@ contains
     call self%comm%max(largest)
     self%has_pending_values = largest > IMPOSED * self%cell_size
     call measure_errors(self, cell_forces, strained_volume)
-    call cpu_time(cpu_end)
-    self%cpu_assembly = self%cpu_assembly + cpu_end - cpu_start
 
   end subroutine mechanics_evaluate
 
@@ -663,10 +665,9 @@ contains
     type(status_t), intent(inout) :: status
 
     real(wp), allocatable :: load(:, :), rest(:, :), right_hand_side(:, :)
-    real(wp) :: cpu_end, cpu_start, largest
+    real(wp) :: largest
     integer :: i, k, n
 
-    call cpu_time(cpu_start)
     n = self%mesh%dimension
     self%base(:n, :) = self%increment
     self%base(n + 1, :) = self%pressure_new
@@ -700,8 +701,6 @@ contains
     call self%comm%agree(status)
     if (status%failed()) return
     call self%constraints%to_global(self%correction)
-    call cpu_time(cpu_end)
-    self%cpu_solver = self%cpu_solver + cpu_end - cpu_start
 
   end subroutine mechanics_correct
 

@@ -10,6 +10,7 @@ module swage_run_report
   use swage_memory, only: peak_memory
   use swage_newton, only: newton_report_t
   use swage_number, only: number_text
+  use swage_phase_times, only: phase_times_t, PHASE_NAMES, PHASE_OUTPUT
   use swage_spelling, only: listed
   use swage_status, only: status_t
   use swage_text, only: text
@@ -28,6 +29,8 @@ module swage_run_report
     integer :: n_failed_iteration = 0
     !> CPU time at the start [s].
     real(wp) :: cpu_start = 0.0_wp
+    !> Time spent on output.
+    type(phase_times_t) :: times
   end type tally_t
 
   character(len=1), parameter :: LINE_FEED = achar(10)
@@ -122,15 +125,26 @@ contains
     type(log_t), intent(in) :: log
     character(len=:), allocatable :: lines
 
-    real(wp) :: cpu, cpu_split(2), memory, memory_largest, mean
+    type(phase_times_t) :: times
+    real(wp) :: cpu, memory, memory_largest, mean
+    integer :: i
 
     call cpu_time(cpu)
     cpu = cpu - tally%cpu_start
-    cpu_split = [mechanics%cpu_assembly, mechanics%cpu_solver]
+    times = mechanics%times
+    times%cpu(PHASE_OUTPUT) = tally%times%cpu(PHASE_OUTPUT)
+    times%wall(PHASE_OUTPUT) = tally%times%wall(PHASE_OUTPUT)
+    if (allocated(mechanics%solver)) then
+      times%cpu = times%cpu + mechanics%solver%times%cpu
+      times%wall = times%wall + mechanics%solver%times%wall
+    end if
     memory = peak_memory()
     memory_largest = memory
     call comm%sum(cpu)
-    call comm%sum(cpu_split)
+    call comm%sum(times%cpu)
+    do i = 1, size(times%wall)
+      call comm%max(times%wall(i))
+    end do
     call comm%sum(memory)
     call comm%max(memory_largest)
 
@@ -142,14 +156,28 @@ contains
       lines = lines//text(mechanics%solver%n_factorisation)//' factorisations, '// &
         text(mechanics%solver%n_solution)//' solutions'//LINE_FEED
     end if
-    lines = lines//'CPU '//rounded(cpu, 2)//' s: cells and contact '//rounded(cpu_split(1), 2)// &
-      ' s, linear solver '//rounded(cpu_split(2), 2)//' s; elapsed '// &
-      clock_text(log%get_elapsed())//LINE_FEED// &
+    lines = lines//'CPU '//rounded(cpu, 2)//' s: '//phase_text(times%cpu)//LINE_FEED// &
+      'elapsed '//clock_text(log%get_elapsed())//': '//phase_text(times%wall)//LINE_FEED// &
       'peak memory '//rounded(memory, 0)//' MB in all, '//rounded(memory_largest, 0)// &
       ' MB on the largest rank'
     if (log%n_warning > 0) lines = lines//LINE_FEED//text(log%n_warning)//' warnings'
 
   end function totals
+
+  !> Seconds of each phase, `cells 1.23 s, contact ...`.
+  pure function phase_text(seconds) result(string)
+    real(wp), intent(in) :: seconds(:)
+    character(len=:), allocatable :: string
+
+    integer :: i
+
+    string = ''
+    do i = 1, size(seconds)
+      if (i > 1) string = string//', '
+      string = string//trim(PHASE_NAMES(i))//' '//rounded(seconds(i), 2)//' s'
+    end do
+
+  end function phase_text
 
   !> A time with its unit.
   function time_text(case, time) result(string)

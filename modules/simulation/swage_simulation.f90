@@ -13,6 +13,7 @@ module swage_simulation
   use swage_mini_element, only: THREE_DIMENSIONAL
   use swage_newton, only: newton_report_t, newton_solve
   use swage_output_path, only: check_writable
+  use swage_phase_times, only: PHASE_OUTPUT
   use swage_result_files, only: check_field_names, result_files_t
   use swage_run_report, only: details, headline, increment_line, steps_text, tally_t, time_text, &
                               totals, unit_of_time
@@ -390,7 +391,9 @@ contains
     call self%files%add_attempt(self%tally%n_increment, attempt, report%n_iteration, time, &
                                 dt, 'done')
     call self%log%note(increment_line(self%case, self%tally%n_increment, time, dt, report))
+    call self%tally%times%begin(PHASE_OUTPUT)
     call self%files%add_row(self%mechanics, time, dt, report%n_iteration, status)
+    call self%tally%times%end(PHASE_OUTPUT)
     if (status%failed()) return
     if (is_due(self)) call self%write(status)
     if (status%failed()) return
@@ -434,7 +437,9 @@ contains
     !> `STATUS_ERROR` with `EXIT_FILE` when the file cannot be written.
     type(status_t), intent(inout) :: status
 
+    call self%tally%times%begin(PHASE_OUTPUT)
     call self%files%write_fields(self%mechanics, self%get_time(), status)
+    call self%tally%times%end(PHASE_OUTPUT)
 
   end subroutine simulation_write
 

@@ -2,6 +2,7 @@
 module swage_linear_solver
   use swage_block_matrix, only: block_matrix_t
   use swage_kinds, only: wp
+  use swage_phase_times, only: phase_times_t
   use swage_status, only: status_t
   implicit none(type, external)
   private
@@ -13,6 +14,8 @@ module swage_linear_solver
     !> Factorisations and solutions since the start, for reports.
     integer :: n_factorisation = 0
     integer :: n_solution = 0
+    !> Time spent on ordering, factorisation and solution.
+    type(phase_times_t) :: times
   contains
     !> Take new values of the matrix.
     procedure(factorise_matrix), deferred :: factorise

@@ -13,6 +13,7 @@ module swage_mumps
   use swage_linear_solver, only: linear_solver_t
   use swage_memory, only: peak_memory
   use swage_partition, only: order_nodes
+  use swage_phase_times, only: PHASE_FACTORISATION, PHASE_ORDERING, PHASE_SOLUTION
   use swage_status, only: EXIT_SOLVER, status_t, STATUS_ERROR, STATUS_RETRY
   use swage_text, only: text
   use swage_unknowns, only: unknowns_t
@@ -91,6 +92,7 @@ contains
     end if
     if (status%failed()) return
 
+    call solver%times%begin(PHASE_ORDERING)
     call find_order(comm, unknowns, order, status)
     call comm%agree(status)
     if (status%failed()) return
@@ -123,6 +125,7 @@ contains
       call dmumps(id)
       if (comm%rank == 0) deallocate (id%perm_in)
       nullify (id%perm_in)
+      call solver%times%end(PHASE_ORDERING)
       if (id%infog(1) < 0) then
         call raise_mumps(solver, 'analysis', status)
         return
@@ -144,6 +147,7 @@ contains
     type(block_matrix_t), intent(in) :: matrix
     type(status_t), intent(inout) :: status
 
+    call self%times%begin(PHASE_FACTORISATION)
     associate (id => self%id)
       call set_values(self, matrix)
       do
@@ -154,6 +158,7 @@ contains
         id%icntl(14) = 2 * id%icntl(14)
         call note(self, 'linear solver: memory margin raised to '//text(id%icntl(14))//' %')
       end do
+      call self%times%end(PHASE_FACTORISATION)
       if (id%infog(1) < 0) then
         call raise_mumps(self, 'factorisation', status)
         return
@@ -175,6 +180,7 @@ contains
 
     integer :: c, i, k, n
 
+    call self%times%begin(PHASE_SOLUTION)
     associate (id => self%id, m => self%n_slot)
       n = m * self%n_own_node
       allocate (id%rhs_loc(max(n, 1)), id%irhs_loc(max(n, 1)))
@@ -201,6 +207,7 @@ contains
       end if
       deallocate (id%rhs_loc, id%irhs_loc, id%sol_loc, id%isol_loc)
     end associate
+    call self%times%end(PHASE_SOLUTION)
 
   end subroutine mumps_solve
 

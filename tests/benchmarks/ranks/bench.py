@@ -14,8 +14,8 @@ def run(context):
     for ranks in (1, 2):
         done = context.run_swage(upsetting_work.text(mesh, 0.05), ranks=ranks,
                                  name=f'{mesh}_{ranks}', timeout=7200)
-        walls[ranks] = context.walls(done)
-        iterations[ranks] = context.counts(done)['iterations']
+        counts = context.counts(done)
+        walls[ranks], iterations[ranks] = counts['walls'], counts['iterations']
         memory[ranks] = float(re.search(r'(\d+) MB on the largest rank', done.output)[1])
     context.title('phase', '1 rank [s]', '2 ranks [s]', 'speed-up')
     for phase in walls[1]:

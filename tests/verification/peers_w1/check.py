@@ -56,8 +56,9 @@ def run(context):
 
 def costs(context, done, thousand, linear, quadratic, meaning):
     """CPU seconds beside those of CalculiX, on another machine: no tolerance."""
-    total, cells, solver = (float(word) for word in re.search(
-        r'CPU (\S+) s: cells and contact (\S+) s, linear solver (\S+) s', done.output).groups())
+    total, cells, contact, *solver, output = (float(word) for word in re.search(
+        r'CPU (\S+) s: cells (\S+) s, contact (\S+) s, ordering (\S+) s, factorisation (\S+) s, '
+        r'solution (\S+) s, output (\S+) s', done.output).groups())
     increments, iterations, cuts, lost = (int(word) for word in re.search(
         r'(\d+) increments to .*?, (\d+) iterations .*?, (\d+) cuts \((\d+) iterations lost',
         done.output).groups())
@@ -65,7 +66,9 @@ def costs(context, done, thousand, linear, quadratic, meaning):
     mine = total if meaning == 'CPU s' else total / (iterations + lost)
     yield context.row(f'{name} CPU s (reference: linear tetrahedra)', total, linear, math.inf)
     yield context.row(f'{name} {meaning} (reference: quadratic ones)', mine, quadratic, math.inf)
-    yield context.row(f'{name} share of the linear solver', solver / total, 1, math.inf)
+    yield context.row(f'{name} share of the linear solver', sum(solver) / total, 1, math.inf)
     yield context.row(f'{name} share of the cells', cells / total, 1, math.inf)
+    yield context.row(f'{name} share of contact and output', (contact + output) / total, 1,
+                      math.inf)
     yield context.row(f'{name} iterations an increment', iterations / increments, 2, math.inf)
     yield context.row(f'{name} cut increments', cuts, 0, math.inf)
