@@ -99,7 +99,7 @@ contains
     heights = 0.0_wp
     radii = 0.0_wp
     fillets = 0.0_wp
-    side = ''
+    allocate (side, source='')
     if (dimension == 'plane_strain') call group%refuse('shape', NO_PLANE_STRAIN)
     if (dimension == '3d') then
       call group%take('axis_point', axis_point, 'length', &

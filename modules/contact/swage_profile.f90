@@ -121,8 +121,8 @@ contains
     type(profile_t) :: profile
     type(status_t) :: status
 
-    side = ''
-    sweep = ''
+    allocate (side, source='')
+    allocate (sweep, source='')
     call group%take_list('points', points, 'length', &
                          'Corners x1, y1, x2, y2 ... of the profile; where it is revolved, '// &
                          'as in an axisymmetric problem: radius and height. First and last '// &
