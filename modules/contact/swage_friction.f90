@@ -1,13 +1,13 @@
-!> What every friction law offers, and what the rate-regularised ones share.
+!> What every friction law offers.
 module swage_friction
   use swage_kinds, only: wp
-  use swage_rotation, only: dyadic, IDENTITY
   implicit none(type, external)
   private
 
-  public :: friction_law_t, friction_point_t, set_regularised, shear_limit
+  public :: friction_law_t, friction_point_t, shear_limit
 
-  !> One point in contact, during one step. Vectors lie in the tangent plane at the end of the step.
+  !> One point in contact, during one step. Slip and old traction are those of the tangent plane at
+  !> the end of the step, but a law takes any vector.
   !>
   !> An input that a law does not use may keep its initial value.
   type :: friction_point_t
@@ -19,16 +19,18 @@ module swage_friction
     real(wp) :: pressure = 0.0_wp
     !> In: flow stress σ₀ of the material at the point [stress].
     real(wp) :: flow_stress = 0.0_wp
-    !> In: slip rate below which the traction of a sliding law fades [length/time], positive.
+    !> In: slip rate below which the traction of a regularised law fades [length/time], positive.
     real(wp) :: regularisation_velocity = 0.0_wp
-    !> In: stiffness against slip of a sticking law [stress/length].
+    !> In: stiffness against slip of a law with an elastic bond [stress/length], positive.
     real(wp) :: tangential_stiffness = 0.0_wp
     !> In: traction at the start of the step, turned with the tool [stress].
     real(wp) :: traction_old(3) = 0.0_wp
     !> Out: friction on the body [stress].
     real(wp) :: traction(3) = 0.0_wp
-    !> Out: ∂traction/∂slip at fixed pressure [stress/length]; for slips in the tangent plane.
+    !> Out: ∂traction/∂slip at fixed pressure [stress/length].
     real(wp) :: d_slip(3, 3) = 0.0_wp
+    !> Out: ∂traction/∂traction_old at fixed slip and pressure [1].
+    real(wp) :: d_traction_old(3, 3) = 0.0_wp
     !> Out: ∂traction/∂pressure at fixed slip [1].
     real(wp) :: d_pressure(3) = 0.0_wp
     !> Out: work turned into heat during the step [energy/length^2], at least 0.
@@ -66,38 +68,6 @@ module swage_friction
   end interface
 
 contains
-
-  !> Sliding against a limit, made smooth in the slip rate v = slip/dt:
-  !> \[ \tau = -\tau_{max}\,\frac{v}{\sqrt{|v|^2 + e^2}}, \quad
-  !>    \frac{\partial\tau}{\partial v} = -\frac{\tau_{max}}{s}
-  !>    \Big(I - \frac{v\otimes v}{s^2}\Big), \quad s = \sqrt{|v|^2 + e^2}. \]
-  !>
-  !> A body that should stick creeps at \(e\,\tau/\sqrt{\tau_{max}^2-\tau^2}\).
-  pure subroutine set_regularised(limit, d_limit, point)
-    !> \(\tau_{max}\) [stress].
-    real(wp), intent(in) :: limit
-    !> Its derivative by the pressure [1].
-    real(wp), intent(in) :: d_limit
-    !> Inputs `slip`, `dt`, `regularisation_velocity` \(e\); all outputs are set.
-    type(friction_point_t), intent(inout) :: point
-
-    real(wp) :: direction(3), scale, velocity(3)
-
-    velocity = point%slip / point%dt
-    scale = hypot(norm2(velocity), point%regularisation_velocity)
-    direction = 0.0_wp
-    point%d_slip = 0.0_wp
-    ! Zero only when neither the body moves nor a velocity was given: no direction, no friction
-    if (scale > 0.0_wp) then
-      direction = velocity / scale
-      point%d_slip = limit / (scale * point%dt) * (dyadic(direction, direction) - IDENTITY)
-    end if
-    point%traction = -limit * direction
-    point%d_pressure = -d_limit * direction
-    point%dissipation = limit * dot_product(direction, point%slip)
-    point%sticking = limit > 0.0_wp .and. norm2(velocity) < point%regularisation_velocity
-
-  end subroutine set_regularised
 
   !> Share of the shear flow stress, \(m\,\sigma_0/\sqrt3\) [stress].
   elemental function shear_limit(tresca_factor, flow_stress) result(limit)

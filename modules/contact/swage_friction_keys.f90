@@ -2,10 +2,11 @@
 module swage_friction_keys
   use swage_group, only: group_t
   use swage_kinds, only: wp
+  use swage_sliding_friction, only: METHOD_NAMES, REGULARISED
   implicit none(type, external)
   private
 
-  public :: take_coefficient, take_regularisation_velocity, take_tresca_limit
+  public :: take_coefficient, take_method, take_tresca_limit
 
 contains
 
@@ -41,16 +42,27 @@ contains
 
   end subroutine take_tresca_limit
 
-  subroutine take_regularisation_velocity(group, velocity)
+  !> How friction is made a function of the slip.
+  subroutine take_method(group, method, velocity)
     type(group_t), intent(inout) :: group
-    !> [length/time]; 0: not given.
+    !> One of `METHOD_NAMES`.
+    character(len=:), allocatable, intent(out) :: method
+    !> Slip rate of the regularisation [length/time]; 0: not given.
     real(wp), intent(out) :: velocity
 
+    allocate (method, source=trim(METHOD_NAMES(REGULARISED)))
     velocity = 0.0_wp
+    call group%take('method', method, 'Friction that fades at small slip rates and creeps, or '// &
+                    'an elastic bond that breaks at the limit and remembers.', &
+                    choices=METHOD_NAMES)
     call group%take('regularisation_velocity', velocity, 'length/time', &
-                    'Slip rate below which friction fades; 0: one per cent of the speed of the '// &
-                    'fastest tool.', lower=0.0_wp)
+                    'Slip rate below which regularised friction fades; 0: one per cent of the '// &
+                    'speed of the fastest tool.', lower=0.0_wp)
+    if (group%explaining .or. group%status%failed()) return
+    if (method /= METHOD_NAMES(REGULARISED) .and. group%given('regularisation_velocity')) then
+      call group%refuse('regularisation_velocity', 'has no effect with method = '''//method//'''')
+    end if
 
-  end subroutine take_regularisation_velocity
+  end subroutine take_method
 
 end module swage_friction_keys

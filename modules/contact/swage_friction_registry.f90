@@ -3,8 +3,10 @@ module swage_friction_registry
   use swage_coulomb, only: coulomb_from_group
   use swage_coulomb_tresca, only: coulomb_tresca_from_group
   use swage_friction, only: friction_law_t
+  use swage_generalized_coulomb, only: generalized_coulomb_from_group
   use swage_group, only: group_t
   use swage_no_friction, only: no_friction_from_group
+  use swage_norton_friction, only: norton_friction_from_group
   use swage_status, only: status_t
   use swage_sticking, only: sticking_from_group
   use swage_tresca, only: tresca_from_group
@@ -42,6 +44,8 @@ contains
       entry_t('coulomb', coulomb_from_group), &
       entry_t('coulomb_tresca', coulomb_tresca_from_group), &
       entry_t('tresca', tresca_from_group), &
+      entry_t('generalized_coulomb', generalized_coulomb_from_group), &
+      entry_t('norton', norton_friction_from_group), &
       entry_t('sticking', sticking_from_group)]
 
   end function registry

@@ -195,8 +195,8 @@ contains
     type(block_matrix_t), intent(inout) :: matrix
 
     type(friction_point_t) :: point
-    real(wp) :: d_normal(3, 3), d_pressure(3), d_slip(3, 3), force(3), from_tool(3), &
-      hessian(3, 3), normal(3), penetration, tangent(3, 3), x(3)
+    real(wp) :: d_normal(3, 3), d_pressure(3), d_slip(3, 3), d_traction_old(3, 3), force(3), &
+      from_tool(3), hessian(3, 3), normal(3), penetration, tangent(3, 3), turned(3), x(3)
     integer :: i, n
     logical :: active
 
@@ -242,13 +242,17 @@ contains
           point%regularisation_velocity = self%friction%regularisation_velocity
         end if
         point%tangential_stiffness = self%tangential_stiffness(i)
-        point%traction_old = matmul(tool%rotation_increment, self%traction_old(:, i))
-        point%traction_old = point%traction_old - normal * dot_product(normal, point%traction_old)
+        ! The old traction turns with the tool and lies down in the new tangent plane
+        turned = matmul(tool%rotation_increment, self%traction_old(:, i))
+        point%traction_old = turned - normal * dot_product(normal, turned)
+        d_traction_old = -dot_product(normal, turned) * d_normal &
+          - dyadic(normal, matmul(transpose(d_normal), turned))
         call self%friction%traction(point)
         self%traction(:, i) = point%traction
         self%dissipation = self%dissipation + self%area(i) * point%dissipation
         force = force + point%traction
-        tangent = tangent + matmul(point%d_slip, d_slip)
+        tangent = tangent + matmul(point%d_slip, d_slip) &
+          + matmul(point%d_traction_old, d_traction_old)
         force = self%area(i) * force
         tangent = self%area(i) * tangent
         residual(:n, node) = residual(:n, node) - force(:n)
