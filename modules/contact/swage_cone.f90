@@ -3,7 +3,7 @@ module swage_cone
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_profile, only: profile_create, profile_parameters_t, profile_t
-  use swage_rigid_shape, only: rigid_shape_t
+  use swage_rigid_shape, only: rigid_shape_t, shape_context_t
   use swage_status, only: status_t, STATUS_ERROR
   implicit none(type, external)
   private
@@ -82,10 +82,9 @@ contains
   end subroutine cone_create
 
   !> Make a cone from its keys in a group `&tool`; faults of the keys stay in `group`.
-  subroutine cone_from_group(group, dimension, shape)
+  subroutine cone_from_group(group, context, shape)
     type(group_t), intent(inout) :: group
-    !> `axisymmetric` or `3d`; `plane_strain` is refused.
-    character(len=*), intent(in) :: dimension
+    type(shape_context_t), intent(in) :: context
     !> Not allocated when `group` has a fault or is being explained.
     class(rigid_shape_t), allocatable, intent(out) :: shape
 
@@ -100,8 +99,8 @@ contains
     radii = 0.0_wp
     fillets = 0.0_wp
     allocate (side, source='')
-    if (dimension == 'plane_strain') call group%refuse('shape', NO_PLANE_STRAIN)
-    if (dimension == '3d') then
+    if (context%dimension == 'plane_strain') call group%refuse('shape', NO_PLANE_STRAIN)
+    if (context%dimension == '3d') then
       call group%take('axis_point', axis_point, 'length', &
                       'In 3D, point of the axis from which heights count.')
       call group%take('axis_direction', axis_direction, '1', &

@@ -2,7 +2,8 @@
 module swage_cylinder
   use swage_group, only: group_t
   use swage_kinds, only: wp
-  use swage_rigid_shape, only: DIRECTION_TOLERANCE, is_along, rigid_shape_t, vector_text
+  use swage_rigid_shape, only: DIRECTION_TOLERANCE, is_along, rigid_shape_t, shape_context_t, &
+                               vector_text
   use swage_rotation, only: dyadic, IDENTITY, normalised, perpendicular
   use swage_status, only: status_t, STATUS_ERROR
   implicit none(type, external)
@@ -80,10 +81,9 @@ contains
   end subroutine cylinder_create
 
   !> Make a cylinder from its keys in a group `&tool`; faults of the keys stay in `group`.
-  subroutine cylinder_from_group(group, dimension, shape)
+  subroutine cylinder_from_group(group, context, shape)
     type(group_t), intent(inout) :: group
-    !> As [[cylinder_create]].
-    character(len=*), intent(in) :: dimension
+    type(shape_context_t), intent(in) :: context
     !> Not allocated when `group` has a fault or is being explained.
     class(rigid_shape_t), allocatable, intent(out) :: shape
 
@@ -94,25 +94,26 @@ contains
 
     point = 0.0_wp
     axis = [0.0_wp, 0.0_wp, 1.0_wp]
-    if (dimension == 'axisymmetric') axis = [0.0_wp, 1.0_wp, 0.0_wp]
+    if (context%dimension == 'axisymmetric') axis = [0.0_wp, 1.0_wp, 0.0_wp]
     radius = 0.0_wp
     allocate (side, source='outside')
     call group%take('axis_point', point, 'length', 'A point of the axis of the cylinder.')
     call group%take('axis_direction', axis, '1', &
                     'Direction of the axis of the cylinder; in 2D z, or y when axisymmetric.', &
-                    required=dimension == '3d')
+                    required=context%dimension == '3d')
     call group%take('radius', radius, 'length', 'Radius of the cylinder.', above=0.0_wp, &
                     required=.true.)
     call group%take('side', side, 'Where the material is: outside a roll, inside a container.', &
                     choices=[character(len=7) :: 'outside', 'inside'])
     if (group%explaining .or. group%status%failed()) return
 
-    why = fault_of_axis(axis, dimension)
+    why = fault_of_axis(axis, context%dimension)
     if (why /= '') call group%refuse('axis_direction', why)
-    why = fault_of_point(point, radius, dimension)
+    why = fault_of_point(point, radius, context%dimension)
     if (why /= '') call group%refuse('axis_point', why)
     if (group%status%failed()) return
-    call cylinder_create(point, axis, radius, side == 'inside', dimension, cylinder, status)
+    call cylinder_create(point, axis, radius, side == 'inside', context%dimension, cylinder, &
+                         status)
     allocate (shape, source=cylinder)
 
   end subroutine cylinder_from_group

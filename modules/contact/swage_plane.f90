@@ -2,7 +2,8 @@
 module swage_plane
   use swage_group, only: group_t
   use swage_kinds, only: wp
-  use swage_rigid_shape, only: DIRECTION_TOLERANCE, is_along, rigid_shape_t, vector_text
+  use swage_rigid_shape, only: DIRECTION_TOLERANCE, is_along, rigid_shape_t, shape_context_t, &
+                               vector_text
   use swage_rotation, only: normalised
   use swage_status, only: status_t, STATUS_ERROR
   implicit none(type, external)
@@ -49,10 +50,9 @@ contains
   end subroutine plane_create
 
   !> Make a plane from its keys in a group `&tool`; faults of the keys stay in `group`.
-  subroutine plane_from_group(group, dimension, shape)
+  subroutine plane_from_group(group, context, shape)
     type(group_t), intent(inout) :: group
-    !> As [[plane_create]].
-    character(len=*), intent(in) :: dimension
+    type(shape_context_t), intent(in) :: context
     !> Not allocated when `group` has a fault or is being explained.
     class(rigid_shape_t), allocatable, intent(out) :: shape
 
@@ -68,12 +68,12 @@ contains
                     required=.true.)
     if (group%explaining .or. group%status%failed()) return
 
-    why = fault(normal, dimension)
+    why = fault(normal, context%dimension)
     if (why /= '') then
       call group%refuse('normal', why)
       return
     end if
-    call plane_create(point, normal, dimension, plane, status)
+    call plane_create(point, normal, context%dimension, plane, status)
     allocate (shape, source=plane)
 
   end subroutine plane_from_group

@@ -3,7 +3,7 @@ module swage_profile
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_profile_curve, only: profile_curve_create, profile_curve_t
-  use swage_rigid_shape, only: rigid_shape_t
+  use swage_rigid_shape, only: rigid_shape_t, shape_context_t
   use swage_rotation, only: cross_product, dyadic, IDENTITY, normalised, perpendicular
   use swage_status, only: status_t, STATUS_ERROR
   implicit none(type, external)
@@ -108,10 +108,9 @@ contains
   end subroutine profile_create
 
   !> Make a profile from its keys in a group `&tool`; faults of the keys stay in `group`.
-  subroutine profile_from_group(group, dimension, shape)
+  subroutine profile_from_group(group, context, shape)
     type(group_t), intent(inout) :: group
-    !> `plane_strain`, `axisymmetric` or `3d`.
-    character(len=*), intent(in) :: dimension
+    type(shape_context_t), intent(in) :: context
     !> Not allocated when `group` has a fault or is being explained.
     class(rigid_shape_t), allocatable, intent(out) :: shape
 
@@ -133,7 +132,7 @@ contains
                     'first.')
     call group%take('side', side, 'Where the material is on the way from the first to the last '// &
                     'point.', choices=[character(len=5) :: 'left', 'right'], required=.true.)
-    select case (dimension)
+    select case (context%dimension)
     case ('3d')
       call group%take('sweep', sweep, 'In 3D, how the profile becomes a surface: revolved '// &
                       'about the axis, or extruded along it without end.', &

@@ -1,14 +1,28 @@
 !> Analytic surfaces of rigid tools, in the frame of the tool.
 module swage_rigid_shape
+  use swage_comm, only: comm_t
   use swage_kinds, only: wp
   use swage_text, only: text
   implicit none(type, external)
   private
 
-  public :: rigid_shape_t, DIRECTION_TOLERANCE, is_along, vector_text
+  public :: rigid_shape_t, shape_context_t, DIRECTION_TOLERANCE, is_along, vector_text
 
   !> A component of a unit vector below this is taken for zero.
   real(wp), parameter :: DIRECTION_TOLERANCE = 1.0e-10_wp
+
+  !> What a shape is made for: the maker of a shape takes what it needs.
+  type :: shape_context_t
+    !> `plane_strain`, `axisymmetric` or `3d`.
+    character(len=:), allocatable :: dimension
+    !> Folder of the input file, ended by `/`; paths in it start there.
+    character(len=:), allocatable :: folder
+    !> The ranks, which all make the same shape.
+    type(comm_t) :: comm
+  contains
+    !> A path given in the input file, as seen from where the program runs.
+    procedure :: resolve => shape_context_resolve
+  end type shape_context_t
 
   !> The surface of a tool; immutable once created.
   !>
@@ -47,6 +61,17 @@ module swage_rigid_shape
   end interface
 
 contains
+
+  !> Relative paths start at the folder of the input file.
+  pure function shape_context_resolve(self, path) result(resolved)
+    class(shape_context_t), intent(in) :: self
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: resolved
+
+    resolved = path
+    if (index(path, '/') /= 1 .and. allocated(self%folder)) resolved = self%folder//path
+
+  end function shape_context_resolve
 
   !> True when a unit vector is along a coordinate axis, either way.
   pure function is_along(unit, axis) result(along)

@@ -1,10 +1,11 @@
 !> Rigid tools: an analytic shape that follows a motion.
 module swage_rigid_tool
+  use swage_comm, only: comm_t
   use swage_deck, only: deck_t
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_motion, only: FIXED, motion_from_group, motion_t
-  use swage_rigid_shape, only: rigid_shape_t
+  use swage_rigid_shape, only: rigid_shape_t, shape_context_t
   use swage_rotation, only: IDENTITY, rotated_matrix, rotation_matrix
   use swage_shape_registry, only: shape_from_group, shape_names
   use swage_status, only: status_t
@@ -64,10 +65,11 @@ contains
 
   end subroutine rigid_tool_create
 
-  !> Make the tool of a group `&tool`, with its `&motion` from the same deck.
-  subroutine tool_from_group(group, deck, dimension, tool, status)
+  !> Collective. Make the tool of a group `&tool`, with its `&motion` from the same deck.
+  subroutine tool_from_group(group, deck, comm, dimension, tool, status)
     type(group_t), intent(inout) :: group
     type(deck_t), intent(in) :: deck
+    type(comm_t), intent(in) :: comm
     !> `plane_strain`, `axisymmetric` or `3d`.
     character(len=*), intent(in) :: dimension
     type(rigid_tool_t), intent(out) :: tool
@@ -80,9 +82,13 @@ contains
     real(wp) :: reference_point(3)
     type(group_t) :: motion_group
     type(motion_t) :: motion
+    type(shape_context_t) :: context
 
     call take_common_keys(group, shape_name, motion_name, reference_point)
-    call shape_from_group(shape_name, group, dimension, shape)
+    context%dimension = dimension
+    context%folder = deck%folder
+    context%comm = comm
+    call shape_from_group(shape_name, group, context, shape)
     call group%finish(status)
     if (status%failed()) return
 
@@ -128,9 +134,11 @@ contains
     character(len=:), allocatable :: motion_name, ignored
     class(rigid_shape_t), allocatable :: shape
     real(wp) :: reference_point(3)
+    type(shape_context_t) :: context
 
     call take_common_keys(group, ignored, motion_name, reference_point)
-    call shape_from_group(shape_name, group, '3d', shape)
+    context%dimension = '3d'
+    call shape_from_group(shape_name, group, context, shape)
 
   end subroutine explain_tool
 

@@ -5,7 +5,7 @@ module swage_shape_registry
   use swage_group, only: group_t
   use swage_plane, only: plane_from_group
   use swage_profile, only: profile_from_group
-  use swage_rigid_shape, only: rigid_shape_t
+  use swage_rigid_shape, only: rigid_shape_t, shape_context_t
   use swage_sphere, only: sphere_from_group
   implicit none(type, external)
   private
@@ -16,12 +16,12 @@ module swage_shape_registry
   integer, parameter :: SHAPE_NAME_LENGTH = 32
 
   abstract interface
-    !> Make one kind of shape from its keys in a group `&tool`.
-    subroutine from_group(group, dimension, shape)
-      import :: group_t, rigid_shape_t
+    !> Collective. Make one kind of shape from its keys in a group `&tool`.
+    subroutine from_group(group, context, shape)
+      import :: group_t, rigid_shape_t, shape_context_t
       implicit none(type, external)
       type(group_t), intent(inout) :: group
-      character(len=*), intent(in) :: dimension
+      type(shape_context_t), intent(in) :: context
       class(rigid_shape_t), allocatable, intent(out) :: shape
     end subroutine from_group
   end interface
@@ -61,14 +61,13 @@ contains
 
   end function shape_names
 
-  !> Make the shape called `name` from its keys in a group `&tool`.
-  subroutine shape_from_group(name, group, dimension, shape)
+  !> Collective. Make the shape called `name` from its keys in a group `&tool`.
+  subroutine shape_from_group(name, group, context, shape)
     !> One of [[shape_names]]; any other makes nothing.
     character(len=*), intent(in) :: name
     !> Keeps the faults of its keys.
     type(group_t), intent(inout) :: group
-    !> `plane_strain`, `axisymmetric` or `3d`.
-    character(len=*), intent(in) :: dimension
+    type(shape_context_t), intent(in) :: context
     !> Not allocated when `group` has a fault or is being explained.
     class(rigid_shape_t), allocatable, intent(out) :: shape
 
@@ -77,7 +76,7 @@ contains
 
     allocate (entries, source=registry())
     do i = 1, size(entries)
-      if (entries(i)%name == name) call entries(i)%make(group, dimension, shape)
+      if (entries(i)%name == name) call entries(i)%make(group, context, shape)
     end do
 
   end subroutine shape_from_group

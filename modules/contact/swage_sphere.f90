@@ -2,7 +2,8 @@
 module swage_sphere
   use swage_group, only: group_t
   use swage_kinds, only: wp
-  use swage_rigid_shape, only: DIRECTION_TOLERANCE, rigid_shape_t, vector_text
+  use swage_rigid_shape, only: DIRECTION_TOLERANCE, rigid_shape_t, shape_context_t, &
+                               vector_text
   use swage_rotation, only: dyadic, IDENTITY
   use swage_status, only: status_t, STATUS_ERROR
   implicit none(type, external)
@@ -63,10 +64,9 @@ contains
   end subroutine sphere_create
 
   !> Make a sphere from its keys in a group `&tool`; faults of the keys stay in `group`.
-  subroutine sphere_from_group(group, dimension, shape)
+  subroutine sphere_from_group(group, context, shape)
     type(group_t), intent(inout) :: group
-    !> As [[sphere_create]].
-    character(len=*), intent(in) :: dimension
+    type(shape_context_t), intent(in) :: context
     !> Not allocated when `group` has a fault or is being explained.
     class(rigid_shape_t), allocatable, intent(out) :: shape
 
@@ -85,11 +85,11 @@ contains
                     choices=[character(len=7) :: 'outside', 'inside'])
     if (group%explaining .or. group%status%failed()) return
 
-    if (dimension == 'plane_strain') call group%refuse('shape', NO_PLANE_STRAIN)
-    why = fault_of_centre(centre, radius, dimension)
+    if (context%dimension == 'plane_strain') call group%refuse('shape', NO_PLANE_STRAIN)
+    why = fault_of_centre(centre, radius, context%dimension)
     if (why /= '') call group%refuse('centre', why)
     if (group%status%failed()) return
-    call sphere_create(centre, radius, side == 'inside', dimension, sphere, status)
+    call sphere_create(centre, radius, side == 'inside', context%dimension, sphere, status)
     allocate (shape, source=sphere)
 
   end subroutine sphere_from_group

@@ -477,8 +477,8 @@ contains
     speed = 0.0_wp
     do i = 1, size(self%tools)
       call deck%get('tool', i, group)
-      call tool_from_group(group, deck, trim(DIMENSION_NAMES(self%settings%kind)), self%tools(i), &
-                           status)
+      call tool_from_group(group, deck, self%comm, trim(DIMENSION_NAMES(self%settings%kind)), &
+                           self%tools(i), status)
       if (status%failed()) return
       speed = max(speed, self%tools(i)%speed(size_of_mesh))
     end do
