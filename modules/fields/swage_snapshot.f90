@@ -151,10 +151,24 @@ contains
     integer :: place
 
     do place = self%n_entry, 1, -1
-      if (self%entries(place)%name == name) exit
+      if (self%entries(place)%name == without_slash(name)) exit
     end do
 
   end function snapshot_find
+
+  !> A name as files can hold it, in which a slash would part a group from its member.
+  pure function without_slash(name) result(clean)
+    character(len=*), intent(in) :: name
+    character(len=len_trim(name)) :: clean
+
+    integer :: i
+
+    clean = name
+    do i = 1, len(clean)
+      if (clean(i:i) == '/') clean(i:i) = '|'
+    end do
+
+  end function without_slash
 
   pure function snapshot_has(self, name) result(has)
     class(snapshot_t), intent(in) :: self
@@ -252,7 +266,7 @@ contains
       call move_alloc(longer, self%entries)
     end if
     self%n_entry = self%n_entry + 1
-    self%entries(self%n_entry)%name = name
+    self%entries(self%n_entry)%name = without_slash(name)
     self%entries(self%n_entry)%scope = scope
     self%entries(self%n_entry)%kind = kind
 
