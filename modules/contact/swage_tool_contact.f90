@@ -12,6 +12,8 @@ module swage_tool_contact
   use swage_kinds, only: wp
   use swage_rigid_tool, only: rigid_tool_t
   use swage_rotation, only: cross_product, dyadic, IDENTITY
+  use swage_snapshot, only: OF_SOME_NODES, snapshot_t
+  use swage_status, only: status_t
   implicit none(type, external)
   private
 
@@ -73,6 +75,9 @@ module swage_tool_contact
     procedure :: evaluate => tool_contact_evaluate
     !> Make the last evaluation the start of the next step.
     procedure :: accept => tool_contact_accept
+    !> Put the state after the last accepted step into a snapshot, and take it back.
+    procedure :: save => tool_contact_save
+    procedure :: load => tool_contact_load
   end type tool_contact_t
 
 contains
@@ -280,6 +285,41 @@ contains
     if (.not. self%separation) self%bonded = self%bonded .or. self%active
 
   end subroutine tool_contact_accept
+
+  subroutine tool_contact_save(self, snapshot)
+    class(tool_contact_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    character(len=:), allocatable :: title
+
+    title = 'contact '//self%name//': '
+    call snapshot%put(title//'bonded', self%bonded, OF_SOME_NODES, self%node)
+    call snapshot%put(title//'active', self%active, OF_SOME_NODES, self%node)
+    call snapshot%put(title//'area', self%area, OF_SOME_NODES, self%node)
+    call snapshot%put(title//'penetration', self%penetration, OF_SOME_NODES, self%node)
+    call snapshot%put(title//'pressure', self%pressure, OF_SOME_NODES, self%node)
+    call snapshot%put(title//'traction', self%traction_old, OF_SOME_NODES, self%node)
+
+  end subroutine tool_contact_save
+
+  subroutine tool_contact_load(self, snapshot, status)
+    class(tool_contact_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    !> `STATUS_ERROR` on this rank when something is missing.
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: title
+
+    title = 'contact '//self%name//': '
+    call snapshot%get(title//'bonded', self%bonded, status, OF_SOME_NODES, self%node)
+    call snapshot%get(title//'active', self%active, status, OF_SOME_NODES, self%node)
+    call snapshot%get(title//'area', self%area, status, OF_SOME_NODES, self%node)
+    call snapshot%get(title//'penetration', self%penetration, status, OF_SOME_NODES, self%node)
+    call snapshot%get(title//'pressure', self%pressure, status, OF_SOME_NODES, self%node)
+    call snapshot%get(title//'traction', self%traction_old, status, OF_SOME_NODES, self%node)
+    self%traction = self%traction_old
+
+  end subroutine tool_contact_load
 
   !> Normal of a facet, of the length of its area (3D) or length (2D), outward.
   pure subroutine facet_normal(x, normal)

@@ -20,6 +20,7 @@ module swage_mechanics
   use swage_phase_times, only: phase_times_t, PHASE_CELLS, PHASE_CONTACT
   use swage_point_batch, only: point_batch_t
   use swage_rigid_tool, only: rigid_tool_t
+  use swage_snapshot, only: snapshot_t
   use swage_status, only: EXIT_CONVERGENCE, status_t, STATUS_RETRY
   use swage_text, only: near, text
   use swage_tool_contact, only: tool_contact_t
@@ -226,6 +227,12 @@ module swage_mechanics
     procedure :: tool_surface => mechanics_tool_surface
     !> Collective. What was read and built, for the log.
     procedure :: summary => mechanics_summary
+    !> Collective. A snapshot of this problem, still empty.
+    procedure :: start_snapshot => mechanics_start_snapshot
+    !> Put the state after the last accepted step into a snapshot.
+    procedure :: save => mechanics_save
+    !> Collective. Take it back; the problem has been created from the same input.
+    procedure :: load => mechanics_load
     !> Lines for the log since the last call.
     procedure :: take_report => mechanics_take_report
     !> Release the factors.
@@ -325,6 +332,26 @@ module swage_mechanics
       !> VTK cell types.
       integer, allocatable, intent(out) :: types(:)
     end subroutine mechanics_tool_surface
+
+    module subroutine mechanics_start_snapshot(self, snapshot)
+      implicit none(type, external)
+      class(mechanics_t), intent(in) :: self
+      type(snapshot_t), intent(out) :: snapshot
+    end subroutine mechanics_start_snapshot
+
+    module subroutine mechanics_save(self, snapshot)
+      implicit none(type, external)
+      class(mechanics_t), intent(in) :: self
+      type(snapshot_t), intent(inout) :: snapshot
+    end subroutine mechanics_save
+
+    module subroutine mechanics_load(self, snapshot, status)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      type(snapshot_t), intent(in) :: snapshot
+      !> `STATUS_ERROR`, the same on all ranks, when something is missing.
+      type(status_t), intent(inout) :: status
+    end subroutine mechanics_load
 
     module subroutine mechanics_summary(self, text)
       implicit none(type, external)

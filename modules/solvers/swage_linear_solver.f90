@@ -3,11 +3,15 @@ module swage_linear_solver
   use swage_block_matrix, only: block_matrix_t
   use swage_kinds, only: wp
   use swage_phase_times, only: phase_times_t
+  use swage_snapshot, only: snapshot_t
   use swage_status, only: status_t
   implicit none(type, external)
   private
 
-  public :: linear_solver_t
+  public :: linear_solver_t, SOLVER_SAVED
+
+  !> Entry of a snapshot that says that a solver has saved itself.
+  character(len=*), parameter :: SOLVER_SAVED = 'solver'
 
   !> A solver with its factors. Owns handles: call `free`; do not copy. All bindings are collective.
   type, abstract :: linear_solver_t
@@ -23,6 +27,11 @@ module swage_linear_solver
     procedure(solve_system), deferred :: solve
     !> What the solver decided since the last call, for the log; blank if nothing.
     procedure(report_decisions), deferred :: report
+    !> Put into a snapshot what the next solution depends on; a solver that keeps anything but
+    !> counters overrides both.
+    procedure :: save => linear_solver_save
+    !> Collective. Take it back: the next solution has the bits it would have had.
+    procedure :: load => linear_solver_load
     !> Release every handle. Harmless when called twice.
     procedure(free_handles), deferred :: free
   end type linear_solver_t
@@ -66,5 +75,32 @@ module swage_linear_solver
       class(linear_solver_t), intent(inout) :: self
     end subroutine free_handles
   end interface
+
+contains
+
+  subroutine linear_solver_save(self, snapshot)
+    class(linear_solver_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    call snapshot%put(SOLVER_SAVED, [self%n_factorisation, self%n_solution])
+
+  end subroutine linear_solver_save
+
+  subroutine linear_solver_load(self, snapshot, matrix, status)
+    class(linear_solver_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    !> With the pattern of the matrices to come; its values are free for use.
+    type(block_matrix_t), intent(inout) :: matrix
+    type(status_t), intent(inout) :: status
+
+    integer :: counts(2)
+
+    call matrix%clear()
+    counts = [self%n_factorisation, self%n_solution]
+    call snapshot%get(SOLVER_SAVED, counts, status)
+    self%n_factorisation = counts(1)
+    self%n_solution = counts(2)
+
+  end subroutine linear_solver_load
 
 end module swage_linear_solver
