@@ -11,7 +11,8 @@ A case is tests/verification/NAME/check.py:
         done = context.run_swage('''&job ... / &mesh file = 'cook.msh' / ...''')
         yield context.row('tip', done.history['tip_y'][-1], 17.66012, 1e-4)
 
-Rows print as they are yielded. A row is ok when its error is at most its tolerance.
+Rows print as they are yielded. A row is ok when its error is at most its tolerance. tools/verify
+adds one for the energies of all the runs of the case; see Context.energy_rows.
 """
 import collections
 import csv
@@ -27,6 +28,9 @@ import time
 import swage_mesh_writer
 
 Row = collections.namedtuple('Row', 'name computed reference error tolerance')
+
+# Of the external work: what the other energies may leave of it, at any time of any run.
+ENERGY_TOLERANCE = 1e-3
 
 
 class Fault(Exception):
@@ -113,6 +117,7 @@ class Context:
         self.build = root / 'build' / build
         self.programs = self.build / kind / name
         self.swage = self.build / 'swage'
+        self._energy_errors = []
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir(parents=True)
 
@@ -150,6 +155,13 @@ class Context:
         slope = math.log(errors[-2] / errors[-1]) / math.log(sizes[-2] / sizes[-1])
         error = abs(expected - slope) if two_sided else excess(expected - slope)
         return Row(name, slope, float(expected), error, float(tolerance))
+
+    def energy_rows(self):
+        """The energy balance of the runs so far: the worst of those held to each tolerance."""
+        for limit in sorted({limit for _, _, limit in self._energy_errors}):
+            runs = [(error, name) for error, name, held in self._energy_errors if held == limit]
+            error, name = max(runs, key=weight)
+            yield self.zero(f'energy balance, {len(runs)} runs, worst {name}', error, limit)
 
     # --- Meshes, in `folder`
 
@@ -201,10 +213,12 @@ class Context:
             raise Fault(f'{program} printed no row:\n{output}')
         return rows
 
-    def run_swage(self, nml, ranks=None, expect_exit=0, name='case', timeout=1800):
+    def run_swage(self, nml, ranks=None, expect_exit=0, name='case', timeout=1800,
+                  energy_tolerance=ENERGY_TOLERANCE):
         """Run swage on the text of an input file, or on a file, whose text is copied: it becomes
         NAME.nml in `folder`, and paths in it start there. A Fault unless it ends with
-        `expect_exit` (None: however it likes). Returns a Run."""
+        `expect_exit` (None: however it likes). The energies must balance to `energy_tolerance`,
+        of which a case that asks for more states the reason. Returns a Run."""
         if not self.swage.exists():
             raise Fault(f'{self.swage} is not built: run tools/setup release')
         if isinstance(nml, pathlib.Path):
@@ -213,7 +227,11 @@ class Context:
         source.write_text(nml, encoding='utf-8')
         code, output, seconds = self._run([self.swage, source], ranks or self.ranks, expect_exit,
                                           timeout, name)
-        return Run(self.folder / name, code, output, seconds)
+        run = Run(self.folder / name, code, output, seconds)
+        if code == 0:
+            errors = [(abs(error), name) for error in run.history['energy_error']]
+            self._energy_errors.append((*max(errors, key=weight), energy_tolerance))
+        return run
 
     @staticmethod
     def read_history(path):
@@ -236,6 +254,11 @@ class Context:
             raise Fault(f'{name}: exit status {done.returncode} instead of {expect_exit}, in '
                         f'{self.folder}\n{tail}')
         return done.returncode, done.stdout, time.monotonic() - start
+
+
+def weight(entry):
+    """For comparing (number, ...): a NaN is larger than any number."""
+    return entry[0] != entry[0], entry[0]
 
 
 def excess(value):

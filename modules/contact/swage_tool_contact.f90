@@ -17,7 +17,7 @@ module swage_tool_contact
   implicit none(type, external)
   private
 
-  public :: tool_contact_t, tool_contact_create, facet_normal
+  public :: tool_contact_t, tool_contact_create, contact_work_t, facet_normal
 
   !> Smallest share of a facet's area that a node gets, whatever its inclination to the tool: a
   !> node about to fold must not be free to penetrate.
@@ -29,6 +29,18 @@ module swage_tool_contact
   !> A node drawn on the tool is in contact although rounding may have put it outside, by this
   !> share of its cell size: a body that rests on a tool is held from the first iteration.
   real(wp), parameter :: ROUNDING = 1.0e-12_wp
+
+  !> What a contact does during a step, by the trapezoidal rule: with the mean of the forces at its
+  !> ends. The work of the tool less that on the body is the sum of the three.
+  type :: contact_work_t
+    !> Stored in penalty and bond [energy].
+    real(wp) :: stored = 0.0_wp
+    !> Work of friction against slip [energy].
+    real(wp) :: friction = 0.0_wp
+    !> What the trapezoid counts too much for the part of the step in which nodes do not touch yet,
+    !> or no longer: half of a force times the gap [energy].
+    real(wp) :: gap = 0.0_wp
+  end type contact_work_t
 
   !> One pair of surface and tool. Node lists hold this rank's own nodes.
   type :: tool_contact_t
@@ -55,6 +67,9 @@ module swage_tool_contact
     real(wp), allocatable :: penetration(:), pressure(:)
     !> Friction on the body at the start of the step and at the last evaluation [stress]; (3, :).
     real(wp), allocatable :: traction_old(:, :), traction(:, :)
+    !> At the start of the step: penetration [length], pressure and friction times area [force];
+    !> the latter of shape (3, n_contact).
+    real(wp), allocatable :: penetration_old(:), load_old(:), shear_old(:, :)
     !> In contact at the last evaluation; bonded since an earlier step where it cannot separate.
     logical, allocatable :: active(:), bonded(:)
     !> Force on the tool and its torque about the tool's reference point, of this rank's nodes.
@@ -73,6 +88,8 @@ module swage_tool_contact
     procedure :: begin_step => tool_contact_begin_step
     !> Forces, and tangent blocks, at given positions.
     procedure :: evaluate => tool_contact_evaluate
+    !> Energies of the step, after the last evaluation and before `accept`.
+    procedure :: work => tool_contact_work
     !> Make the last evaluation the start of the next step.
     procedure :: accept => tool_contact_accept
     !> Put the state after the last accepted step into a snapshot, and take it back.
@@ -110,8 +127,10 @@ contains
     allocate (contact%tangential_stiffness, source=tangential_stiffness)
     n = ubound(node, 1)
     allocate (contact%area(n), contact%flow_stress(n), contact%penetration(n), &
-              contact%pressure(n), source=0.0_wp)
-    allocate (contact%traction_old(3, n), contact%traction(3, n), source=0.0_wp)
+              contact%pressure(n), contact%penetration_old(n), contact%load_old(n), &
+              source=0.0_wp)
+    allocate (contact%traction_old(3, n), contact%traction(3, n), contact%shear_old(3, n), &
+              source=0.0_wp)
     allocate (contact%active(n), contact%bonded(n), source=.false.)
 
   end subroutine tool_contact_create
@@ -173,11 +192,12 @@ contains
     do i = 1, size(self%node)
       self%area(i) = area(self%node(i))
       self%flow_stress(i) = flow_stress(self%node(i))
-      if (self%separation .or. self%bonded(i)) cycle
       point = 0.0_wp
       point(:size(x, 1)) = x(:, self%node(i))
       call tool_old%project(point, penetration, normal, hessian)
-      self%bonded(i) = penetration > -TOUCHING * self%size(i)
+      self%penetration_old(i) = penetration
+      if (self%separation) cycle
+      self%bonded(i) = self%bonded(i) .or. penetration > -TOUCHING * self%size(i)
     end do
 
   end subroutine tool_contact_begin_step
@@ -278,13 +298,71 @@ contains
 
   end subroutine tool_contact_evaluate
 
+  !> Forces and slips are those of the nodes, friction of the start turned with the tool.
+  subroutine tool_contact_work(self, tool, x_old, x_new, work)
+    class(tool_contact_t), intent(in) :: self
+    !> At the end of the step.
+    type(rigid_tool_t), intent(in) :: tool
+    !> Positions at both ends of the step [length]; shape (n_dim, n_node).
+    real(wp), intent(in) :: x_old(:, :), x_new(:, :)
+    !> Of this rank's nodes.
+    type(contact_work_t), intent(out) :: work
+
+    real(wp) :: gap, gap_old, load, point(3), shear(3), shear_old(3), slip(3), springing, &
+      traction_old(3)
+    integer :: i, n
+
+    n = size(x_new, 1)
+    do i = 1, size(self%node)
+      if (.not. (self%active(i) .or. abs(self%load_old(i)) > 0.0_wp)) cycle
+      load = 0.5_wp * (self%load_old(i) + self%area(i) * self%pressure(i))
+      gap_old = 0.0_wp
+      gap = 0.0_wp
+      if (.not. abs(self%load_old(i)) > 0.0_wp) gap_old = min(self%penetration_old(i), 0.0_wp)
+      if (.not. self%active(i)) gap = min(self%penetration(i), 0.0_wp)
+      work%stored = work%stored + load * (self%penetration(i) - gap &
+                                          - (self%penetration_old(i) - gap_old))
+      work%gap = work%gap + load * (gap - gap_old)
+
+      point = 0.0_wp
+      point(:n) = x_old(:, self%node(i))
+      slip = -tool%carry(point)
+      slip(:n) = slip(:n) + x_new(:, self%node(i))
+      shear_old = matmul(tool%rotation_increment, self%shear_old(:, i))
+      shear = 0.5_wp * (shear_old + self%area(i) * self%traction(:, i))
+      springing = 0.0_wp
+      if (self%friction%has_history .and. self%tangential_stiffness(i) > 0.0_wp) then
+        traction_old = matmul(tool%rotation_increment, self%traction_old(:, i))
+        springing = dot_product(shear, self%traction(:, i) - traction_old) &
+          / self%tangential_stiffness(i)
+      end if
+      work%stored = work%stored + springing
+      work%friction = work%friction - dot_product(shear, slip) - springing
+    end do
+
+  end subroutine tool_contact_work
+
   subroutine tool_contact_accept(self)
     class(tool_contact_t), intent(inout) :: self
 
-    self%traction_old = self%traction
+    call remember_forces(self)
     if (.not. self%separation) self%bonded = self%bonded .or. self%active
 
   end subroutine tool_contact_accept
+
+  !> Make the forces of the last evaluation those of the start of the next step.
+  pure subroutine remember_forces(self)
+    class(tool_contact_t), intent(inout) :: self
+
+    integer :: i
+
+    self%traction_old = self%traction
+    self%load_old = self%area * self%pressure
+    do i = 1, size(self%node)
+      self%shear_old(:, i) = self%area(i) * self%traction(:, i)
+    end do
+
+  end subroutine remember_forces
 
   subroutine tool_contact_save(self, snapshot)
     class(tool_contact_t), intent(in) :: self
@@ -316,8 +394,8 @@ contains
     call snapshot%get(title//'area', self%area, status, OF_SOME_NODES, self%node)
     call snapshot%get(title//'penetration', self%penetration, status, OF_SOME_NODES, self%node)
     call snapshot%get(title//'pressure', self%pressure, status, OF_SOME_NODES, self%node)
-    call snapshot%get(title//'traction', self%traction_old, status, OF_SOME_NODES, self%node)
-    self%traction = self%traction_old
+    call snapshot%get(title//'traction', self%traction, status, OF_SOME_NODES, self%node)
+    call remember_forces(self)
 
   end subroutine tool_contact_load
 

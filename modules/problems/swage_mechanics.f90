@@ -10,6 +10,7 @@ module swage_mechanics
   use swage_comm, only: comm_t
   use swage_constraints, only: constraints_t
   use swage_deck, only: deck_t
+  use swage_energy_balance, only: energy_balance_t
   use swage_field_list, only: field_list_t
   use swage_kinds, only: gp, wp
   use swage_linear_solver, only: linear_solver_t
@@ -149,14 +150,12 @@ module swage_mechanics
     real(wp), allocatable :: volume_new(:), initial_volume(:)
     !> History at both ends; shape (n_state, n_cell).
     real(wp), allocatable :: state(:, :), state_new(:, :)
-    !> Mean stress at the end, grad-div included [stress]; shape (n_cell).
-    real(wp), allocatable :: mean_stress(:)
+    !> Mean stress at the start and the end, grad-div included [stress]; shape (n_cell).
+    real(wp), allocatable :: mean_stress_old(:), mean_stress(:)
     !> Frozen over the step: 2µ and θ of the bubble, flow stress; shape (n_cell).
     real(wp), allocatable :: bubble_modulus(:), relaxation(:), flow_stress(:)
     !> What the law says at the end of the step; shape (n_cell).
     real(wp), allocatable :: bubble_modulus_new(:), relaxation_new(:), flow_stress_new(:)
-    !> Elastic energy and dissipated work of the step, per cell [energy]; shape (n_cell).
-    real(wp), allocatable :: elastic_energy(:), plastic_work(:)
     !> Cells in the order of their batches, and the batches.
     integer, allocatable :: cell_order(:)
     type(cell_range_t), allocatable :: batches(:)
@@ -192,10 +191,10 @@ module swage_mechanics
     character(len=:), allocatable :: worst
     !> Lines for the log.
     character(len=:), allocatable :: notes
-    !> Work of tools, boundaries and loads, of friction, dissipated [energy].
-    real(wp) :: external_work = 0.0_wp
-    real(wp) :: friction_work = 0.0_wp
-    real(wp) :: total_plastic_work = 0.0_wp
+    !> At the last accepted step.
+    type(energy_balance_t) :: energies
+    !> Force of the prescribed motion on each node there, 0 where it is free; (n_dim, n_node).
+    real(wp), allocatable :: support_force(:, :)
     !> Power-conjugate forces at the last accepted step: tools (6), boundaries (3); see history.
     real(wp), allocatable :: tool_force(:, :), reaction(:, :), load_force(:, :)
     !> Time spent on cells and contact; that of equations is in `solver`.
@@ -211,6 +210,8 @@ module swage_mechanics
     procedure :: accept_step => mechanics_accept_step
     !> Forget the step.
     procedure :: reject_step => mechanics_reject_step
+    !> Kinematics of a batch of cells, from the unknowns at hand.
+    procedure :: gather => mechanics_gather
     !> Next kink of a motion or load.
     procedure :: next_event => mechanics_next_event
     !> True when the rate of the last step tells nothing about the next.
@@ -288,7 +289,17 @@ module swage_mechanics
       real(wp), intent(in) :: moved(:, :)
     end subroutine apply_loads
 
-    !> Collective. Forces of the step, and the work since the last one by the trapezoidal rule.
+    !> Part of a facet's vector that each of its nodes gets, with the turn in axial symmetry.
+    pure module function facet_share(self, x) result(part)
+      implicit none(type, external)
+      class(mechanics_t), intent(in) :: self
+      !> Vertices [length]; shape (n_dim, n_dim).
+      real(wp), intent(in) :: x(:, :)
+      !> [1], in axial symmetry [length].
+      real(wp) :: part(size(x, 2))
+    end function facet_share
+
+    !> Collective. Forces of the step, and the works since the last one.
     module subroutine collect_work(self)
       implicit none(type, external)
       class(mechanics_t), intent(inout) :: self
@@ -520,25 +531,15 @@ contains
 
   end subroutine mechanics_evaluate
 
-  !> Gather a batch, call its law, scatter residual and tangent.
-  subroutine evaluate_batch(self, range, cell_forces, strained_volume, status)
+  subroutine mechanics_gather(self, range)
     class(mechanics_t), intent(inout) :: self
     type(cell_range_t), intent(in) :: range
-    !> Sum of the squared nodal forces of the cells.
-    real(wp), intent(inout) :: cell_forces
-    !> Sum of volume times equivalent strain increment.
-    real(wp), intent(inout) :: strained_volume
-    type(status_t), intent(inout) :: status
 
-    integer :: a, cell, i, n_failed, n_state
-    logical :: follow
+    integer :: a, cell, i, n_state
 
     associate (element => self%element, points => self%points, &
                law => self%materials(range%material)%law)
       n_state = law%n_state
-      ! Nothing is known about the viscosity of a fluid before it has moved
-      follow = law%initial_relaxation <= 0.0_wp .and. .not. self%dt_last > 0.0_wp &
-        .and. self%n_evaluation > 1 .and. self%n_evaluation <= FREE_ITERATIONS
       element%n_cell = range%last - range%first + 1
       element%inverse_bulk_modulus = law%inverse_bulk_modulus
       call points%start(element%n_cell)
@@ -556,7 +557,6 @@ contains
         end do
         element%deviator_old(:, i) = self%deviator(:, cell)
         element%log_volume_old(i) = self%log_volume(cell)
-        if (follow) self%bubble_modulus(cell) = self%bubble_modulus_new(cell)
         element%bubble_modulus(i) = self%bubble_modulus(cell)
         ! 2η/dt of the last step, and of this one
         if (law%fluid .and. self%dt_last > 0.0_wp) then
@@ -570,8 +570,34 @@ contains
           / element%n_vertex
         points%temperature_new(i) = points%temperature_old(i)
       end do
-
       call element%start(points)
+    end associate
+
+  end subroutine mechanics_gather
+
+  !> Gather a batch, call its law, scatter residual and tangent.
+  subroutine evaluate_batch(self, range, cell_forces, strained_volume, status)
+    class(mechanics_t), intent(inout) :: self
+    type(cell_range_t), intent(in) :: range
+    !> Sum of the squared nodal forces of the cells.
+    real(wp), intent(inout) :: cell_forces
+    !> Sum of volume times equivalent strain increment.
+    real(wp), intent(inout) :: strained_volume
+    type(status_t), intent(inout) :: status
+
+    integer :: a, cell, i, n_failed, n_state
+
+    associate (element => self%element, points => self%points, &
+               law => self%materials(range%material)%law)
+      n_state = law%n_state
+      ! Nothing is known about the viscosity of a fluid before it has moved
+      if (law%initial_relaxation <= 0.0_wp .and. .not. self%dt_last > 0.0_wp &
+          .and. self%n_evaluation > 1 .and. self%n_evaluation <= FREE_ITERATIONS) then
+        do i = range%first, range%last
+          self%bubble_modulus(self%cell_order(i)) = self%bubble_modulus_new(self%cell_order(i))
+        end do
+      end if
+      call self%gather(range)
       if (element%inverted > 0) then
         cell = self%cell_order(range%first + element%inverted - 1)
         call status%raise(STATUS_RETRY, 'evaluate_batch', 'cell '// &
@@ -613,14 +639,6 @@ contains
           self%relaxation_new(cell) = max(self%relaxation_new(cell), MINIMUM_RELAXATION)
         end if
         self%flow_stress_new(cell) = points%flow_stress(i)
-        self%plastic_work(cell) = points%dissipated_power(i) * points%dt * element%volume_new(i)
-        self%elastic_energy(cell) = 0.0_wp
-        if (points%memory_modulus(i) > 0.0_wp) then
-          self%elastic_energy(cell) = element%volume_new(i) * 0.5_wp &
-            * (dot_product(points%deviatoric_stress(:, i), points%deviatoric_stress(:, i)) &
-               / points%memory_modulus(i) &
-               + law%inverse_bulk_modulus * element%mean_stress(i)**2)
-        end if
       end do
     end associate
 
@@ -758,6 +776,7 @@ contains
       self%mesh%coordinates = self%mesh%coordinates + self%increment
     end if
     self%deviator = self%deviator_new
+    self%mean_stress_old = self%mean_stress
     self%log_volume = self%log_volume_new
     self%state = self%state_new
     self%bubble_modulus = self%bubble_modulus_new

@@ -56,6 +56,9 @@ contains
     call add_column('plastic_work', 'energy')
     call add_column('elastic_energy', 'energy')
     call add_column('friction_work', 'energy')
+    call add_column('contact_energy', 'energy')
+    call add_column('stabilisation_work', 'energy')
+    call add_column('energy_error', '1')
 
   contains
 
@@ -72,7 +75,7 @@ contains
 
   module procedure mechanics_history_values
 
-    real(wp) :: area, deepest, deepest_by_cell, elastic, mean(4), n_active
+    real(wp) :: area, deepest, deepest_by_cell, mean(4), n_active
     integer :: i, j
 
     allocate (values(0))
@@ -113,10 +116,11 @@ contains
         values = [values, n_active, area, deepest, deepest_by_cell]
       end associate
     end do
-    elastic = sum(self%elastic_energy)
-    call self%comm%sum(elastic)
-    values = [values, mass_balance(self), self%external_work, self%total_plastic_work, elastic, &
-              self%friction_work]
+    associate (energies => self%energies)
+      values = [values, mass_balance(self), energies%external, energies%plastic, &
+                energies%elastic, energies%friction, energies%contact, energies%stabilisation, &
+                energies%error()]
+    end associate
 
   end procedure mechanics_history_values
 

@@ -64,6 +64,7 @@ contains
                 source=0.0_wp)
       allocate (m%pressure(n_node), m%pressure_new(n_node), m%pressure_last(n_node), source=0.0_wp)
       allocate (m%temperature(n_node), source=settings%initial_temperature)
+      allocate (m%support_force(n, n_node), source=0.0_wp)
       allocate (m%residual(n + 1, n_node), m%correction(n + 1, n_node), m%base(n + 1, n_node), &
                 source=0.0_wp)
       allocate (m%tool_force(6, size(m%tools)), m%reaction(3, size(m%boundaries)), &
@@ -226,7 +227,7 @@ contains
     type(mechanics_t), intent(inout) :: self
 
     real(wp) :: corners(self%mesh%dimension, self%mesh%dimension + 1)
-    real(wp) :: size_of_cell(self%mesh%n_cell), sums(3)
+    real(wp) :: size_of_cell(self%mesh%n_cell), sums(4)
     integer :: cell, first, i, last, n, n_state, place
 
     associate (mesh => self%mesh)
@@ -238,7 +239,7 @@ contains
       allocate (self%deviator(6, n), self%deviator_new(6, n), source=0.0_wp)
       allocate (self%state(n_state, n), self%state_new(n_state, n), source=0.0_wp)
       allocate (self%log_volume(n), self%log_volume_new(n), self%mean_stress(n), &
-                self%elastic_energy(n), self%plastic_work(n), self%bubble_modulus(n), &
+                self%mean_stress_old(n), self%bubble_modulus(n), &
                 self%relaxation(n), self%flow_stress(n), self%volume_new(n), source=0.0_wp)
       do cell = 1, n
         associate (law => self%materials(self%material_of_cell(cell))%law)
@@ -283,10 +284,12 @@ contains
       call block_matrix_create(self%unknowns, self%matrix)
       size_of_cell = mesh%cell_size()
       sums = [sum(size_of_cell), real(n, wp), &
-              sum((self%bubble_modulus * self%initial_volume / size_of_cell)**2)]
+              sum((self%bubble_modulus * self%initial_volume / size_of_cell)**2), &
+              sum(self%bubble_modulus * self%initial_volume)]
       call self%comm%sum(sums)
       self%cell_size = sums(1) / sums(2)
       self%least_force = LEAST_STRAIN * sqrt(sums(3))
+      self%energies%least = LEAST_STRAIN**2 * sums(4)
     end associate
 
   end subroutine build_cells

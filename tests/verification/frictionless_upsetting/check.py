@@ -23,6 +23,10 @@ but for the extrapolation: 1e-6. Strain is measured at the middle of the step an
 is exact in a proportional state, as is elasticity: order 2. A rate is that of the whole step but counts at its end: order 1. Mass:
 the volume equation keeps the sum of the cells' volumes to the tolerance of Newton: 1e-6, and 1e-4
 with friction in 50 steps.
+
+The elastic law is compressed to 0.7 of its volume here. A law of the Jaumann rate does not conserve
+energy then: the deviator works on the present volume, which falls while it rises. The integral of
+that, s:s/4G dV, is 8 % of the work; the balance of this law is held to 10 %.
 """
 import math
 
@@ -111,7 +115,8 @@ def upset(context, dimension, law, steps, friction='none'):
         friction=friction, penalty=10 if friction == 'dry' else 1e6 if stiff else 1e3,
         tolerance=1e-6 if stiff else 1e-8,
         top=along(volume, HEIGHT), down=along(volume, -1), up=along(volume, 1),
-        velocity=along(volume, -SPEED)), name=f'{dimension}_{law}_{steps}_{friction}')
+        velocity=along(volume, -SPEED)), name=f'{dimension}_{law}_{steps}_{friction}',
+        energy_tolerance=0.1 if stiff else 1e-3)
 
 
 def quarter_cylinder(x, y, z):
