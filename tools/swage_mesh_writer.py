@@ -48,11 +48,13 @@ def floats(point):
     return tuple(float(x) for x in point)
 
 
-def write_rectangle(path, n, m, place=None, diagonal='rising'):
+def write_rectangle(path, n, m, place=None, diagonal='rising', name_edge=None):
     """n x m rectangles of two triangles. Groups BODY, LEFT, RIGHT, BOTTOM, TOP of the unit square.
 
     diagonal: 'rising' from (i, j) to (i + 1, j + 1), 'falling', or 'alternating' (symmetric under
     reflection where n and m are even).
+    name_edge: the group of an edge, given that side's name and the middle of the edge, where a side
+    has several.
     """
     place = place or (lambda x, y: (x, y))
     points = [floats(place(i / n, j / m)) for j in range(m + 1) for i in range(n + 1)]
@@ -65,12 +67,17 @@ def write_rectangle(path, n, m, place=None, diagonal='rising'):
         a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
         rising = diagonal == 'rising' or (diagonal == 'alternating' and (i + j) % 2 == 0)
         cells += [(a, b, c), (a, c, d)] if rising else [(a, b, d), (b, c, d)]
-    return write_msh(path, points, [
-        ('BODY', 2, oriented(points, cells)),
-        ('LEFT', 1, [(at(0, j + 1), at(0, j)) for j in range(m)]),
-        ('RIGHT', 1, [(at(n, j), at(n, j + 1)) for j in range(m)]),
-        ('BOTTOM', 1, [(at(i, 0), at(i + 1, 0)) for i in range(n)]),
-        ('TOP', 1, [(at(i + 1, m), at(i, m)) for i in range(n)])])
+    sides = {'LEFT': [(at(0, j + 1), at(0, j)) for j in range(m)],
+             'RIGHT': [(at(n, j), at(n, j + 1)) for j in range(m)],
+             'BOTTOM': [(at(i, 0), at(i + 1, 0)) for i in range(n)],
+             'TOP': [(at(i + 1, m), at(i, m)) for i in range(n)]}
+    edges = {}
+    for side, pairs in sides.items():
+        for pair in pairs:
+            middle = [sum(x) / 2 for x in zip(*(points[p] for p in pair))]
+            edges.setdefault(name_edge(side, *middle) if name_edge else side, []).append(pair)
+    return write_msh(path, points, [('BODY', 2, oriented(points, cells)),
+                                    *((name, 1, pairs) for name, pairs in edges.items())])
 
 
 def write_box(path, n, m, k, place=None):

@@ -165,9 +165,10 @@ class Context:
 
     # --- Meshes, in `folder`
 
-    def rectangle(self, name, n, m, place=None, diagonal='rising'):
+    def rectangle(self, name, n, m, place=None, diagonal='rising', name_edge=None):
         """NAME.msh: structured triangles; see swage_mesh_writer.write_rectangle. Returns its path."""
-        return swage_mesh_writer.write_rectangle(self.folder / f'{name}.msh', n, m, place, diagonal)
+        return swage_mesh_writer.write_rectangle(self.folder / f'{name}.msh', n, m, place, diagonal,
+                                                 name_edge)
 
     def box(self, name, n, m, k, place=None):
         """NAME.msh: structured tetrahedra; see swage_mesh_writer.write_box."""

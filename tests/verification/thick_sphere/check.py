@@ -207,9 +207,9 @@ def write_section(path, n):
         angle = math.pi / 2 * y
         return (graded(x) * math.cos(angle) if y < 1 else 0.0, graded(x) * math.sin(angle))
 
-    swage_mesh_writer.write_rectangle(path, n, 2 * n, place)
-    text = path.read_text(encoding='utf-8')
-    path.write_text(text.replace('"LEFT"', '"BORE"').replace('"BOTTOM"', '"X"'), encoding='utf-8')
+    names = {'LEFT': 'BORE', 'BOTTOM': 'X'}
+    swage_mesh_writer.write_rectangle(path, n, 2 * n, place,
+                                      name_edge=lambda side, x, y: names.get(side, side))
 
 
 def write_octant(path, n):

@@ -1,0 +1,34 @@
+// Lower half of a ball, radius 10 mm; x = 0 is its axis of revolution, and
+// it touches the plane y = 0 in the origin. A regular square of cells of size h there, whose
+// diagonals meet the axis in other nodes than the origin; around it they grow with the distance.
+r = 10;
+h = 0.016;
+near = 0.5;
+Point(1) = {0, 0, 0};
+Point(2) = {near, r - Sqrt(r^2 - near^2), 0};
+Point(3) = {r, r, 0};
+Point(4) = {0, r, 0};
+Point(5) = {0, near, 0};
+Point(6) = {near, near, 0};
+Circle(1) = {1, 4, 2};
+Circle(2) = {2, 4, 3};
+Line(3) = {3, 4};
+Line(4) = {4, 5};
+Line(5) = {5, 1};
+Line(6) = {2, 6};
+Line(7) = {6, 5};
+Curve Loop(1) = {1, 6, 7, 5};
+Plane Surface(1) = {1};
+Curve Loop(2) = {2, 3, 4, -7, -6};
+Plane Surface(2) = {2};
+Transfinite Curve {1, 5, 6, 7} = Ceil(near / h) + 1;
+Transfinite Surface {1} Left;
+Physical Surface("body") = {1, 2};
+Physical Curve("skin") = {1, 2};
+Physical Curve("equator") = {3};
+Field[1] = MathEval;
+Field[1].F = Sprintf("%g + 0.12 * max(0, sqrt(x^2 + y^2) - %g)", h, near);
+Background Field = 1;
+Mesh.MeshSizeFromPoints = 0;
+Mesh.MeshSizeFromCurvature = 0;
+Mesh.MeshSizeExtendFromBoundary = 0;

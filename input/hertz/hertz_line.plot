@@ -1,0 +1,3 @@
+--profile contact_pressure
+--curve Hertz "2710.28 * sqrt(maximum(0, 1 - (x / 0.23489)**2))"
+--window -0.6 0.6 -0.05 0.75

@@ -1,0 +1,32 @@
+// Right half of a block 120 x 40 mm; the punch acts on its top, 0 <= x <= 10. Cells of a sixteenth
+// of that near the punch, where the metal flows, larger away from it.
+half = 10;
+h = half / 16;
+Point(1) = {0, -40, 0};
+Point(2) = {60, -40, 0};
+Point(3) = {60, 0, 0};
+Point(4) = {half, 0, 0};
+Point(5) = {0, 0, 0};
+Line(1) = {1, 2};
+Line(2) = {2, 3};
+Line(3) = {3, 4};
+Line(4) = {4, 5};
+Line(5) = {5, 1};
+Curve Loop(1) = {1, 2, 3, 4, 5};
+Plane Surface(1) = {1};
+Physical Surface("block") = {1};
+Physical Curve("base") = {1};
+Physical Curve("side") = {2};
+Physical Curve("punched") = {4};
+Physical Curve("middle") = {5};
+Field[1] = Box;
+Field[1].XMin = 0;
+Field[1].XMax = 2.8 * half;
+Field[1].YMin = -1.7 * half;
+Field[1].YMax = 0;
+Field[1].VIn = h;
+Field[1].VOut = 8;
+Field[1].Thickness = 60;
+Background Field = 1;
+Mesh.MeshSizeFromPoints = 0;
+Mesh.MeshSizeExtendFromBoundary = 0;

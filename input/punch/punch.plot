@@ -1,0 +1,3 @@
+--maximum 0.08
+--curve Prandtl 5937
+--window 0 40 -20 3
