@@ -62,7 +62,7 @@ contains
     !> [length/time], at least 0; see [[friction_law_t]].
     real(wp), intent(in) :: regularisation_velocity
 
-    self%method = findloc(METHOD_NAMES, method, dim=1)
+    self%method = findloc(METHOD_NAMES == method, .true., dim=1)
     self%has_history = self%method == RETURN_MAPPING
     ! Proportional to the slip rate it is smooth already
     self%is_regularised = self%method == REGULARISED .and. self%rate_exponent < 1.0_wp

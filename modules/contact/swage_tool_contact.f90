@@ -1,15 +1,23 @@
-!> Contact of a body's surface with one rigid tool: nodal penalty, with friction.
+!> Contact of a body's surface with one rigid tool: nodal, with friction.
 !>
 !> A node that is inside the tool at the end of the step is pushed out along the tool's normal by
-!> `penalty * penetration * area`; it leaves as soon as it is outside. Its area is its share of
-!> the surface, projected on the tool: a side facet that folds onto the tool counts more and more.
-!> Areas are those of the start of the step, so the tangent has no term of theirs. Friction acts
-!> on the slip against the material point of the tool that the node started from, which makes a
-!> turning tool exact at any angle.
+!> `(multiplier + penalty * penetration) * area`; it leaves as soon as that is tension. Its area is
+!> its share of the surface, projected on the tool: a side facet that folds onto the tool counts
+!> more and more. Areas are those of the start of the step, so the tangent has no term of theirs.
+!> Friction acts on the slip against the material point of the tool that the node started from,
+!> which makes a turning tool exact at any angle.
+!>
+!> Multipliers are 0 under the penalty alone. In the augmented Lagrangian (Uzawa; Simo and Laursen,
+!> Computers and Structures 42, 1992) each one takes over the pressure whenever the iterations have
+!> converged, so that the penetration goes to 0 with a penalty of any size; bonds of friction
+!> likewise take over the traction, and their elastic slip goes to 0.
+!>
+!> A node whose state alternates during the iterations is held in it until the others have
+!> converged; if it contradicts its state then, it changes it, and the iterations go on.
 module swage_tool_contact
   use swage_block_matrix, only: block_matrix_t
   use swage_friction, only: friction_law_t, friction_point_t
-  use swage_kinds, only: wp
+  use swage_kinds, only: gp, wp
   use swage_rigid_tool, only: rigid_tool_t
   use swage_rotation, only: cross_product, dyadic, IDENTITY
   use swage_snapshot, only: OF_SOME_NODES, snapshot_t
@@ -17,7 +25,13 @@ module swage_tool_contact
   implicit none(type, external)
   private
 
-  public :: tool_contact_t, tool_contact_create, contact_work_t, facet_normal
+  public :: tool_contact_t, tool_contact_create, contact_work_t, enforcement_t, facet_normal
+  public :: PENALTY, AUGMENTED_LAGRANGIAN, ENFORCEMENT_NAMES
+
+  integer, parameter :: PENALTY = 1, AUGMENTED_LAGRANGIAN = 2
+  !> What the key `enforcement` calls them.
+  character(len=*), parameter :: ENFORCEMENT_NAMES(*) = &
+    [character(len=20) :: 'penalty', 'augmented_lagrangian']
 
   !> Smallest share of a facet's area that a node gets, whatever its inclination to the tool: a
   !> node about to fold must not be free to penetrate.
@@ -29,6 +43,27 @@ module swage_tool_contact
   !> A node drawn on the tool is in contact although rounding may have put it outside, by this
   !> share of its cell size: a body that rests on a tool is held from the first iteration.
   real(wp), parameter :: ROUNDING = 1.0e-12_wp
+  !> Changes of state during one step that a node may make before it is held.
+  integer, parameter :: FREE_CHANGES = 4
+  !> Times that held nodes may be found wrong before the step is given up.
+  integer, parameter :: MAXIMUM_RELEASES = 20
+  !> An augmentation should leave at most this share of the penetration, or the penalty grows by
+  !> this factor, up to so many times that of the start.
+  real(wp), parameter :: EXPECTED_SHARE = 0.25_wp
+  real(wp), parameter :: PENALTY_GROWTH = 5.0_wp
+  real(wp), parameter :: LARGEST_GROWTH = 25.0_wp
+
+  !> How strictly a contact is enforced.
+  type :: enforcement_t
+    !> `PENALTY` or `AUGMENTED_LAGRANGIAN`.
+    integer :: kind = PENALTY
+    !> Largest penetration, by the cell size, that ends the augmentations [1].
+    real(wp) :: penetration_tolerance = 1.0e-4_wp
+    !> Largest change of pressure or bond in an augmentation, by the largest pressure [1].
+    real(wp) :: multiplier_tolerance = 1.0e-2_wp
+    !> Augmentations of a step after which it is taken as it is.
+    integer :: maximum_augmentations = 20
+  end type enforcement_t
 
   !> What a contact does during a step, by the trapezoidal rule: with the mean of the forces at its
   !> ends. The work of the tool less that on the body is the sum of the three.
@@ -54,31 +89,53 @@ module swage_tool_contact
     integer, allocatable :: facet(:)
     !> Nodes of the surface; shape (n_contact). What follows has one entry a node.
     integer, allocatable :: node(:)
+    !> Numbers that are unique over the ranks.
+    integer(gp), allocatable :: tag(:)
     !> Cell size [length].
     real(wp), allocatable :: size(:)
     !> Pressure by penetration, and tangential traction by slip where friction bonds
     !> [stress/length].
     real(wp), allocatable :: penalty(:), tangential_stiffness(:)
+    type(enforcement_t) :: enforcement
     !> Area of the step [length^2].
     real(wp), allocatable :: area(:)
     !> Flow stress of the material of the step [stress].
     real(wp), allocatable :: flow_stress(:)
     !> At the last evaluation: penetration [length], pressure [stress], positive in compression.
     real(wp), allocatable :: penetration(:), pressure(:)
+    !> Part of the pressure that does not depend on the penetration, at the start of the step and
+    !> now [stress].
+    real(wp), allocatable :: multiplier_old(:), multiplier(:)
     !> Friction on the body at the start of the step and at the last evaluation [stress]; (3, :).
     real(wp), allocatable :: traction_old(:, :), traction(:, :)
     !> At the start of the step: penetration [length], pressure and friction times area [force];
     !> the latter of shape (3, n_contact).
     real(wp), allocatable :: penetration_old(:), load_old(:), shear_old(:, :)
+    !> Traction that bonds start from, before the tool turns, and how much the last evaluation
+    !> changed it [stress]; shapes (3, :), (:).
+    real(wp), allocatable :: bond(:, :), bond_change(:)
     !> In contact at the last evaluation; bonded since an earlier step where it cannot separate.
     logical, allocatable :: active(:), bonded(:)
+    !> Changes of state during the step, the state before the last correction, and whether the node
+    !> is held in its state.
+    integer, allocatable :: n_change(:)
+    logical, allocatable :: was_active(:), held(:)
+    !> Force on each node, and its derivative by the node's position, of which the last is only
+    !> kept for tools that ask for it [force], [force/length]; shapes (3, :), (3, 3, :).
+    real(wp), allocatable :: node_force(:, :), node_stiffness(:, :, :)
+    !> Factor on the penalties of the start, at the start of the step and now [1].
+    real(wp) :: growth_old = 1.0_wp
+    real(wp) :: growth = 1.0_wp
+    !> Augmentations of the step, releases of held nodes, and the penetration by the cell size that
+    !> the last augmentation met [1].
+    integer :: n_augmentation = 0
+    integer :: n_release = 0
+    real(wp) :: penetration_before = huge(1.0_wp)
     !> Force on the tool and its torque about the tool's reference point, of this rank's nodes.
     real(wp) :: force(3) = 0.0_wp
     real(wp) :: torque(3) = 0.0_wp
     !> Sum of the squared nodal forces of this rank, for the size of the problem's forces.
     real(wp) :: force_square = 0.0_wp
-    !> Heat of friction during the step [energy], of this rank's nodes.
-    real(wp) :: dissipation = 0.0_wp
     !> Nodes whose state changed at the last evaluation.
     integer :: n_changed = 0
   contains
@@ -90,28 +147,39 @@ module swage_tool_contact
     procedure :: evaluate => tool_contact_evaluate
     !> Energies of the step, after the last evaluation and before `accept`.
     procedure :: work => tool_contact_work
+    !> Count changes of state, once an iteration, and hold nodes that alternate.
+    procedure :: watch => tool_contact_watch
+    !> What `augment` decides by, of this rank's nodes.
+    procedure :: measure => tool_contact_measure
+    !> Judge converged iterations: go on with other multipliers or states, or be done.
+    procedure :: augment => tool_contact_augment
     !> Make the last evaluation the start of the next step.
     procedure :: accept => tool_contact_accept
     !> Put the state after the last accepted step into a snapshot, and take it back.
     procedure :: save => tool_contact_save
     procedure :: load => tool_contact_load
+    !> What `evaluate` does at one node.
+    procedure :: press => tool_contact_press
   end type tool_contact_t
 
 contains
 
   !> A contact without area yet. The surface is given as facets, its nodes as this rank's own.
-  subroutine tool_contact_create(name, tool, friction, separation, facet, node, size, penalty, &
-                                 tangential_stiffness, contact)
+  subroutine tool_contact_create(name, tool, friction, separation, facet, node, tag, size, &
+                                 penalty, tangential_stiffness, enforcement, contact)
     character(len=*), intent(in) :: name
     integer, intent(in) :: tool
     class(friction_law_t), intent(in) :: friction
     logical, intent(in) :: separation
     integer, intent(in) :: facet(:)
     integer, intent(in) :: node(:)
+    !> A positive number of each node, unique over the ranks; shape of `node`.
+    integer(gp), intent(in) :: tag(:)
     !> [length]; shape of `node`.
     real(wp), intent(in) :: size(:)
     !> [stress/length]; shape of `node`.
     real(wp), intent(in) :: penalty(:), tangential_stiffness(:)
+    type(enforcement_t), intent(in) :: enforcement
     type(tool_contact_t), intent(out) :: contact
 
     integer :: n
@@ -122,16 +190,22 @@ contains
     contact%separation = separation
     allocate (contact%facet, source=facet)
     allocate (contact%node, source=node)
+    allocate (contact%tag, source=tag)
     allocate (contact%size, source=size)
     allocate (contact%penalty, source=penalty)
     allocate (contact%tangential_stiffness, source=tangential_stiffness)
     n = ubound(node, 1)
+    contact%enforcement = enforcement
     allocate (contact%area(n), contact%flow_stress(n), contact%penetration(n), &
-              contact%pressure(n), contact%penetration_old(n), contact%load_old(n), &
+              contact%pressure(n), contact%multiplier_old(n), contact%multiplier(n), &
+              contact%bond_change(n), contact%penetration_old(n), contact%load_old(n), &
               source=0.0_wp)
     allocate (contact%traction_old(3, n), contact%traction(3, n), contact%shear_old(3, n), &
+              contact%bond(3, n), contact%node_force(3, n), contact%node_stiffness(3, 3, n), &
               source=0.0_wp)
-    allocate (contact%active(n), contact%bonded(n), source=.false.)
+    allocate (contact%active(n), contact%bonded(n), contact%was_active(n), contact%held(n), &
+              source=.false.)
+    allocate (contact%n_change(n), source=0)
 
   end subroutine tool_contact_create
 
@@ -189,6 +263,14 @@ contains
     real(wp) :: hessian(3, 3), normal(3), penetration, point(3)
     integer :: i
 
+    self%multiplier = self%multiplier_old
+    self%bond = self%traction_old
+    self%growth = self%growth_old
+    self%held = .false.
+    self%n_change = 0
+    self%n_augmentation = 0
+    self%n_release = 0
+    self%penetration_before = huge(1.0_wp)
     do i = 1, size(self%node)
       self%area(i) = area(self%node(i))
       self%flow_stress(i) = flow_stress(self%node(i))
@@ -219,80 +301,41 @@ contains
     !> The tangent, to which that of the contact is added.
     type(block_matrix_t), intent(inout) :: matrix
 
-    type(friction_point_t) :: point
-    real(wp) :: d_normal(3, 3), d_pressure(3), d_slip(3, 3), d_traction_old(3, 3), force(3), &
-      from_tool(3), hessian(3, 3), normal(3), penetration, tangent(3, 3), turned(3), x(3)
+    real(wp) :: column(3, 3), force(3), stiffness(3, 3), velocity, x(3), x_start(3)
     integer :: i, n
-    logical :: active
+    logical :: was_active
 
     n = size(x_new, 1)
+    velocity = default_velocity
+    if (self%friction%regularisation_velocity > 0.0_wp) then
+      velocity = self%friction%regularisation_velocity
+    end if
     self%force = 0.0_wp
     self%torque = 0.0_wp
     self%force_square = 0.0_wp
-    self%dissipation = 0.0_wp
     self%n_changed = 0
+    x = 0.0_wp
+    x_start = 0.0_wp
     do i = 1, size(self%node)
       associate (node => self%node(i))
-
-        x = 0.0_wp
         x(:n) = x_new(:, node)
-        call tool%project(x, penetration, normal, hessian)
-        self%penetration(i) = penetration
-        active = penetration > -ROUNDING * self%size(i) .or. self%bonded(i)
-        if (active .neqv. self%active(i)) self%n_changed = self%n_changed + 1
-        self%active(i) = active
-        self%pressure(i) = 0.0_wp
-        self%traction(:, i) = 0.0_wp
-        if (.not. active) cycle
+        x_start(:n) = x_old(:, node)
+        was_active = self%active(i)
+        call self%press(i, tool, dt, velocity, x_start, x, force, stiffness, column)
+        if (was_active .neqv. self%active(i)) self%n_changed = self%n_changed + 1
+        self%node_force(:, i) = force
+        self%node_stiffness(:, :, i) = stiffness + column
+        if (.not. self%active(i)) cycle
 
-        self%pressure(i) = self%penalty(i) * penetration
-        ! Derivatives by the position; the penetration's is -normal, the normal's -hessian
-        d_pressure = -self%penalty(i) * normal
-        d_normal = -hessian
-        force = self%pressure(i) * normal
-        tangent = dyadic(normal, d_pressure) + self%pressure(i) * d_normal
-
-        ! Slip against the tool's own point, in the tangent plane
-        from_tool = 0.0_wp
-        from_tool(:n) = x_old(:, node)
-        from_tool = x - tool%carry(from_tool)
-        point%slip = from_tool - normal * dot_product(normal, from_tool)
-        d_slip = IDENTITY - dyadic(normal, normal) - dot_product(normal, from_tool) * d_normal &
-          - dyadic(normal, matmul(transpose(d_normal), from_tool))
-        point%dt = dt
-        point%pressure = max(self%pressure(i), 0.0_wp)
-        point%flow_stress = self%flow_stress(i)
-        point%regularisation_velocity = default_velocity
-        if (self%friction%regularisation_velocity > 0.0_wp) then
-          point%regularisation_velocity = self%friction%regularisation_velocity
-        end if
-        point%tangential_stiffness = self%tangential_stiffness(i)
-        ! The old traction turns with the tool and lies down in the new tangent plane
-        turned = matmul(tool%rotation_increment, self%traction_old(:, i))
-        point%traction_old = turned - normal * dot_product(normal, turned)
-        d_traction_old = -dot_product(normal, turned) * d_normal &
-          - dyadic(normal, matmul(transpose(d_normal), turned))
-        call self%friction%traction(point)
-        self%traction(:, i) = point%traction
-        self%dissipation = self%dissipation + self%area(i) * point%dissipation
-        force = force + point%traction
-        tangent = tangent + matmul(point%d_slip, d_slip) &
-          + matmul(point%d_traction_old, d_traction_old)
-        force = self%area(i) * force
-        tangent = self%area(i) * tangent
         residual(:n, node) = residual(:n, node) - force(:n)
         associate (block => matrix%values(:n, :n, matrix%diagonal(node)))
-          block = block - tangent(:n, :n)
+          block = block - stiffness(:n, :n)
         end associate
         ! How friction grows with the pressure belongs to one triangle alone
-        if (self%pressure(i) > 0.0_wp) then
-          tangent = self%area(i) * dyadic(point%d_pressure, d_pressure)
-          call matrix%add_unsymmetric(matrix%diagonal(node), -tangent(:n, :n))
-        end if
+        call matrix%add_unsymmetric(matrix%diagonal(node), -column(:n, :n))
         self%force = self%force - force
         self%torque = self%torque - cross_product(x - tool%reference_point, force)
         self%force_square = self%force_square + dot_product(force, force)
-
       end associate
     end do
 
@@ -308,8 +351,7 @@ contains
     !> Of this rank's nodes.
     type(contact_work_t), intent(out) :: work
 
-    real(wp) :: gap, gap_old, load, point(3), shear(3), shear_old(3), slip(3), springing, &
-      traction_old(3)
+    real(wp) :: bond(3), gap, gap_old, load, point(3), shear(3), shear_old(3), slip(3), springing
     integer :: i, n
 
     n = size(x_new, 1)
@@ -332,9 +374,9 @@ contains
       shear = 0.5_wp * (shear_old + self%area(i) * self%traction(:, i))
       springing = 0.0_wp
       if (self%friction%has_history .and. self%tangential_stiffness(i) > 0.0_wp) then
-        traction_old = matmul(tool%rotation_increment, self%traction_old(:, i))
-        springing = dot_product(shear, self%traction(:, i) - traction_old) &
-          / self%tangential_stiffness(i)
+        bond = matmul(tool%rotation_increment, self%bond(:, i))
+        springing = dot_product(shear, self%traction(:, i) - bond) &
+          / (self%growth * self%tangential_stiffness(i))
       end if
       work%stored = work%stored + springing
       work%friction = work%friction - dot_product(shear, slip) - springing
@@ -342,10 +384,200 @@ contains
 
   end subroutine tool_contact_work
 
+  !> State of one node, the force of the tool on it, and the derivatives of the force by its place.
+  pure subroutine tool_contact_press(self, i, tool, dt, velocity, x_old, x, force, stiffness, &
+                                     column)
+    class(tool_contact_t), intent(inout) :: self
+    !> Place of the node in the list.
+    integer, intent(in) :: i
+    !> At the end of the step.
+    type(rigid_tool_t), intent(in) :: tool
+    !> [time]
+    real(wp), intent(in) :: dt
+    !> Slip rate of the regularisation [length/time].
+    real(wp), intent(in) :: velocity
+    !> Where the node is at both ends of the step [length].
+    real(wp), intent(in) :: x_old(3), x(3)
+    real(wp), intent(out) :: force(3)
+    !> The derivative [force/length], but for how friction follows the pressure.
+    real(wp), intent(out) :: stiffness(3, 3)
+    !> That part of the derivative.
+    real(wp), intent(out) :: column(3, 3)
+
+    type(friction_point_t) :: point
+    real(wp) :: d_normal(3, 3), d_pressure(3), d_slip(3, 3), d_turned(3, 3), from_tool(3), &
+      hessian(3, 3), normal(3), penalty, penetration, turned(3)
+
+    force = 0.0_wp
+    stiffness = 0.0_wp
+    column = 0.0_wp
+    call tool%project(x, penetration, normal, hessian)
+    penalty = self%growth * self%penalty(i)
+    self%penetration(i) = penetration
+    if (.not. self%held(i)) then
+      self%active(i) = self%bonded(i) .or. &
+        self%multiplier(i) + penalty * (penetration + ROUNDING * self%size(i)) > 0.0_wp
+    end if
+    self%pressure(i) = 0.0_wp
+    self%traction(:, i) = 0.0_wp
+    self%bond_change(i) = 0.0_wp
+    if (.not. self%active(i)) return
+
+    self%pressure(i) = self%multiplier(i) + penalty * penetration
+    ! Derivatives by the position; the penetration's is -normal, the normal's -hessian
+    d_pressure = -penalty * normal
+    d_normal = -hessian
+
+    ! Slip against the tool's own point, in the tangent plane
+    from_tool = x - tool%carry(x_old)
+    point%slip = from_tool - normal * dot_product(normal, from_tool)
+    d_slip = IDENTITY - dyadic(normal, normal) - dot_product(normal, from_tool) * d_normal &
+      - dyadic(normal, matmul(transpose(d_normal), from_tool))
+    ! A bond turns with the tool and lies down in the new tangent plane
+    turned = matmul(tool%rotation_increment, self%bond(:, i))
+    point%traction_old = turned - normal * dot_product(normal, turned)
+    d_turned = -dot_product(normal, turned) * d_normal &
+      - dyadic(normal, matmul(transpose(d_normal), turned))
+    point%dt = dt
+    point%pressure = max(self%pressure(i), 0.0_wp)
+    point%flow_stress = self%flow_stress(i)
+    point%regularisation_velocity = velocity
+    point%tangential_stiffness = self%growth * self%tangential_stiffness(i)
+    call self%friction%traction(point)
+    self%traction(:, i) = point%traction
+    if (self%friction%has_history) then
+      self%bond_change(i) = norm2(point%traction - point%traction_old)
+    end if
+
+    force = self%area(i) * (self%pressure(i) * normal + point%traction)
+    stiffness = self%area(i) * (dyadic(normal, d_pressure) + self%pressure(i) * d_normal &
+                                + matmul(point%d_slip, d_slip) &
+                                + matmul(point%d_traction_old, d_turned))
+    if (self%pressure(i) > 0.0_wp) column = self%area(i) * dyadic(point%d_pressure, d_pressure)
+
+  end subroutine tool_contact_press
+
+  pure subroutine tool_contact_watch(self)
+    class(tool_contact_t), intent(inout) :: self
+
+    integer :: i
+
+    do i = 1, size(self%node)
+      if (self%active(i) .neqv. self%was_active(i)) self%n_change(i) = self%n_change(i) + 1
+      self%was_active(i) = self%active(i)
+      if (self%n_change(i) > FREE_CHANGES) self%held(i) = .true.
+    end do
+
+  end subroutine tool_contact_watch
+
+  !> Maxima over this rank's nodes, to be made those of all ranks.
+  pure subroutine tool_contact_measure(self, measures)
+    class(tool_contact_t), intent(in) :: self
+    !> Largest penetration or gap of a node that is pressed, by its cell size [1]; largest change of
+    !> multipliers and bonds that an augmentation would make; largest pressure [stress]; the
+    !> precedence of the first held node that contradicts its state, 0 when there is none.
+    real(wp), intent(out) :: measures(4)
+
+    integer :: i
+
+    measures = 0.0_wp
+    do i = 1, size(self%node)
+      if (self%active(i)) then
+        measures(1) = max(measures(1), abs(self%penetration(i)) / self%size(i))
+      end if
+      measures(2) = max(measures(2), abs(self%pressure(i) - self%multiplier(i)), &
+                        self%bond_change(i))
+      measures(3) = max(measures(3), abs(self%pressure(i)))
+      if (contradicts(self, i)) measures(4) = max(measures(4), precedence(self%tag(i)))
+    end do
+
+  end subroutine tool_contact_measure
+
+  !> Positive, larger for smaller numbers.
+  elemental function precedence(tag)
+    integer(gp), intent(in) :: tag
+    real(wp) :: precedence
+
+    precedence = 2.0_wp**digits(1.0_wp) - real(tag, wp)
+
+  end function precedence
+
+  !> True for a node that is held in a state that is not its own.
+  pure function contradicts(self, i) result(wrong)
+    type(tool_contact_t), intent(in) :: self
+    integer, intent(in) :: i
+    logical :: wrong
+
+    real(wp) :: penalty
+
+    wrong = .false.
+    if (.not. self%held(i)) return
+    penalty = self%growth * self%penalty(i)
+    wrong = self%active(i) .neqv. &
+      self%multiplier(i) + penalty * (self%penetration(i) + ROUNDING * self%size(i)) > 0.0_wp
+
+  end function contradicts
+
+  !> Held nodes that contradict their state change it all at once; from the second time on the first
+  !> one alone, in a fixed order, which cannot cycle where the whole problem has one solution
+  !> (K. G. Murty, Opsearch 11, 1974).
+  pure subroutine tool_contact_augment(self, tool, measures, done, gives_up)
+    class(tool_contact_t), intent(inout) :: self
+    !> At the end of the step.
+    type(rigid_tool_t), intent(in) :: tool
+    !> Of [[tool_contact_t:measure]], maxima over all ranks.
+    real(wp), intent(in) :: measures(4)
+    !> False when the iterations must go on.
+    logical, intent(out) :: done
+    !> True when nodes were found wrong too often: the step must be cut.
+    logical, intent(out) :: gives_up
+
+    integer :: i
+
+    done = .true.
+    gives_up = .false.
+    if (measures(4) > 0.0_wp) then
+      done = .false.
+      self%n_release = self%n_release + 1
+      gives_up = self%n_release > MAXIMUM_RELEASES
+      do i = 1, size(self%node)
+        if (.not. contradicts(self, i)) cycle
+        if (self%n_release > 1 .and. precedence(self%tag(i)) < measures(4)) cycle
+        self%active(i) = .not. self%active(i)
+        self%was_active(i) = self%active(i)
+      end do
+      return
+    end if
+
+    associate (rule => self%enforcement)
+      if (rule%kind == PENALTY) return
+      done = measures(1) <= rule%penetration_tolerance .and. &
+        measures(2) <= rule%multiplier_tolerance * measures(3)
+      if (done .or. self%n_augmentation >= rule%maximum_augmentations) then
+        done = .true.
+        return
+      end if
+      self%n_augmentation = self%n_augmentation + 1
+      self%multiplier = self%pressure
+      do i = 1, size(self%node)
+        self%bond(:, i) = matmul(self%traction(:, i), tool%rotation_increment)
+      end do
+      if (measures(1) > rule%penetration_tolerance &
+          .and. measures(1) > EXPECTED_SHARE * self%penetration_before) then
+        self%growth = min(self%growth * PENALTY_GROWTH, LARGEST_GROWTH)
+      end if
+      self%penetration_before = measures(1)
+    end associate
+
+  end subroutine tool_contact_augment
+
   subroutine tool_contact_accept(self)
     class(tool_contact_t), intent(inout) :: self
 
     call remember_forces(self)
+    self%traction_old = self%traction
+    if (self%enforcement%kind == AUGMENTED_LAGRANGIAN) self%multiplier_old = self%pressure
+    self%growth_old = self%growth
     if (.not. self%separation) self%bonded = self%bonded .or. self%active
 
   end subroutine tool_contact_accept
@@ -377,6 +609,8 @@ contains
     call snapshot%put(title//'penetration', self%penetration, OF_SOME_NODES, self%node)
     call snapshot%put(title//'pressure', self%pressure, OF_SOME_NODES, self%node)
     call snapshot%put(title//'traction', self%traction_old, OF_SOME_NODES, self%node)
+    call snapshot%put(title//'multiplier', self%multiplier_old, OF_SOME_NODES, self%node)
+    call snapshot%put(title//'penalty growth', self%growth_old)
 
   end subroutine tool_contact_save
 
@@ -396,6 +630,10 @@ contains
     call snapshot%get(title//'pressure', self%pressure, status, OF_SOME_NODES, self%node)
     call snapshot%get(title//'traction', self%traction, status, OF_SOME_NODES, self%node)
     call remember_forces(self)
+    call snapshot%get(title//'traction', self%traction_old, status, OF_SOME_NODES, self%node)
+    call snapshot%get(title//'multiplier', self%multiplier_old, status, OF_SOME_NODES, self%node)
+    call snapshot%get(title//'penalty growth', self%growth_old, status)
+    self%traction = self%traction_old
 
   end subroutine tool_contact_load
 

@@ -204,6 +204,7 @@ module swage_mechanics
     procedure :: correct => mechanics_correct
     procedure :: move => mechanics_move
     procedure :: describe_worst => mechanics_describe_worst
+    procedure :: augment => mechanics_augment
     !> Collective. Prepare a step: motion to impose, areas of contact, first guess.
     procedure :: begin_step => mechanics_begin_step
     !> Collective. Make the end of the step the start of the next.
@@ -298,6 +299,21 @@ module swage_mechanics
       !> [1], in axial symmetry [length].
       real(wp) :: part(size(x, 2))
     end function facet_share
+
+    !> Collective. Give the multipliers of the contacts what the penalties carry, until that is
+    !> nothing; release nodes that are held in a wrong state.
+    module subroutine mechanics_augment(self, done, status)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      logical, intent(out) :: done
+      type(status_t), intent(inout) :: status
+    end subroutine mechanics_augment
+
+    !> Hold nodes that alternate between contact and none; once an iteration.
+    module subroutine watch_contacts(self)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+    end subroutine watch_contacts
 
     !> Collective. Forces of the step, and the works since the last one.
     module subroutine collect_work(self)
@@ -716,6 +732,7 @@ contains
     n = self%mesh%dimension
     self%base(:n, :) = self%increment
     self%base(n + 1, :) = self%pressure_new
+    call watch_contacts(self)
 
     allocate (rest(n + 1, self%mesh%n_node), load(n + 1, self%mesh%n_node))
     call self%constraints%pending(self%increment, rest, largest)

@@ -13,7 +13,8 @@ submodule(swage_mechanics) swage_mechanics_setup
   use swage_point_batch, only: point_batch_create
   use swage_rigid_tool, only: tool_from_group
   use swage_status, only: EXIT_MESH, STATUS_ERROR
-  use swage_tool_contact, only: facet_normal, tool_contact_create
+  use swage_tool_contact, only: AUGMENTED_LAGRANGIAN, enforcement_t, ENFORCEMENT_NAMES, &
+    facet_normal, PENALTY, tool_contact_create
   use swage_unknowns, only: unknowns_create
   implicit none(type, external)
 
@@ -27,6 +28,18 @@ submodule(swage_mechanics) swage_mechanics_setup
   !> Share of the fastest tool's speed below which friction fades.
   real(wp), parameter :: FADING = 0.01_wp
   real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
+
+  !> What a group `&contact` says; the names in it are still to be looked up.
+  type :: contact_keys_t
+    character(len=64), allocatable :: slave(:)
+    character(len=:), allocatable :: master
+    character(len=:), allocatable :: friction
+    !> Stiffness by that of a cell, and that of bonds by the former [1].
+    real(wp) :: penalty = 10.0_wp
+    real(wp) :: tangential = 1.0_wp
+    type(enforcement_t) :: enforcement
+    logical :: separation = .true.
+  end type contact_keys_t
 
 contains
 
@@ -75,10 +88,8 @@ contains
 
   module procedure mechanics_explain
 
-    character(len=:), allocatable :: friction, master, material, group_name
-    character(len=64), allocatable :: slave(:)
-    logical :: separation
-    real(wp) :: penalty, tangential
+    character(len=:), allocatable :: material, group_name
+    type(contact_keys_t) :: keys
 
     select case (kind)
     case ('body')
@@ -86,7 +97,7 @@ contains
     case ('boundary')
       call explain_boundary(group)
     case ('contact')
-      call take_contact(group, slave, master, friction, penalty, tangential, separation)
+      call take_contact(group, keys)
     case default
       ! Another owner's group
     end select
@@ -494,31 +505,54 @@ contains
 
   end subroutine read_tools
 
-  subroutine take_contact(group, slave, master, friction, penalty, tangential, separation)
+  subroutine take_contact(group, keys)
     type(group_t), intent(inout) :: group
-    character(len=64), allocatable, intent(out) :: slave(:)
-    character(len=:), allocatable, intent(out) :: master
-    character(len=:), allocatable, intent(out) :: friction
-    real(wp), intent(out) :: penalty
-    real(wp), intent(out) :: tangential
-    logical, intent(out) :: separation
+    type(contact_keys_t), intent(out) :: keys
 
-    allocate (slave(0))
-    master = ''
-    friction = 'none'
-    penalty = 10.0_wp
-    tangential = 1.0_wp
-    separation = .true.
-    call group%take_list('slave', slave, 'Name of a &body, whose whole surface except symmetry '// &
-                         'planes may touch, or physical groups of its surface.', required=.true.)
-    call group%take('master', master, 'Name of the &tool.', required=.true.)
-    call group%take('friction', friction, 'Name of the &friction; ''none'': frictionless.')
-    call group%take('penalty_factor', penalty, '1', 'Contact pressure by penetration, as a '// &
-                    'multiple of the stiffness of a cell.', above=0.0_wp)
-    call group%take('tangential_factor', tangential, '1', 'Friction stress by slip of a law '// &
-                    'that bonds, as a multiple of that of the pressure.', above=0.0_wp)
-    call group%take('separation', separation, 'False: nodes that touch stay on the tool, and '// &
-                    'the contact carries tension.')
+    character(len=:), allocatable :: kind
+
+    allocate (keys%slave(0))
+    keys%master = ''
+    keys%friction = 'none'
+    allocate (kind, source=trim(ENFORCEMENT_NAMES(PENALTY)))
+    call group%take_list('slave', keys%slave, 'Name of a &body, whose whole surface except '// &
+                         'symmetry planes may touch, or physical groups of its surface.', &
+                         required=.true.)
+    call group%take('master', keys%master, 'Name of the &tool.', required=.true.)
+    call group%take('friction', keys%friction, 'Name of the &friction; ''none'': frictionless.')
+    call group%take('enforcement', kind, 'Pressure by penetration, or multipliers that bring '// &
+                    'the penetration to nothing.', choices=ENFORCEMENT_NAMES)
+    call group%take('penalty_factor', keys%penalty, '1', 'Contact pressure by penetration, as '// &
+                    'a multiple of the stiffness of a cell.', above=0.0_wp)
+    call group%take('tangential_factor', keys%tangential, '1', 'Friction stress by slip of a '// &
+                    'law that bonds, as a multiple of that of the pressure.', above=0.0_wp)
+    associate (rule => keys%enforcement)
+      call group%take('penetration_tolerance', rule%penetration_tolerance, '1', 'Penetration, '// &
+                      'by the cell size, below which multipliers are left alone.', above=0.0_wp)
+      call group%take('multiplier_tolerance', rule%multiplier_tolerance, '1', 'Change of '// &
+                      'multipliers, by the largest pressure, below which they are left alone.', &
+                      above=0.0_wp)
+      call group%take('maximum_augmentations', rule%maximum_augmentations, 'Changes of '// &
+                      'multipliers in an increment after which it is taken as it is.', lower=1)
+    end associate
+    call group%take('separation', keys%separation, 'False: nodes that touch stay on the tool, '// &
+                    'and the contact carries tension.')
+    keys%enforcement%kind = findloc(ENFORCEMENT_NAMES == kind, .true., dim=1)
+    if (group%explaining .or. keys%enforcement%kind == AUGMENTED_LAGRANGIAN) return
+    call refuse_idle('penetration_tolerance')
+    call refuse_idle('multiplier_tolerance')
+    call refuse_idle('maximum_augmentations')
+
+  contains
+
+    subroutine refuse_idle(key)
+      character(len=*), intent(in) :: key
+
+      if (group%given(key)) then
+        call group%refuse(key, 'has no effect with enforcement = '''//kind//'''')
+      end if
+
+    end subroutine refuse_idle
 
   end subroutine take_contact
 
@@ -527,15 +561,12 @@ contains
     type(deck_t), intent(in) :: deck
     type(status_t), intent(inout) :: status
 
-    character(len=:), allocatable :: friction, master
     class(friction_law_t), allocatable :: law
-    character(len=64), allocatable :: slave(:)
+    type(contact_keys_t) :: keys
     type(group_t) :: friction_group, group, tool_group
     integer, allocatable :: facet(:), node(:)
     real(wp), allocatable :: nodal(:, :)
-    real(wp) :: penalty, tangential
     integer :: i, j, tool
-    logical :: separation
 
     call check_frictions(deck, status)
     if (status%failed()) return
@@ -543,21 +574,22 @@ contains
     allocate (self%contacts(deck%count('contact')))
     do i = 1, size(self%contacts)
       call deck%get('contact', i, group)
-      call take_contact(group, slave, master, friction, penalty, tangential, separation)
-      call find_slave(self, group, slave, facet)
+      call take_contact(group, keys)
+      call find_slave(self, group, keys%slave, facet)
       call need_surface(self, group, facet)
       call group%finish(status)
       if (status%failed()) return
-      call deck%find('tool', master, tool_group, status, from=group, key='master')
+      call deck%find('tool', keys%master, tool_group, status, from=group, key='master')
       if (status%failed()) return
       tool = 0
       do j = 1, size(self%tools)
-        if (self%tools(j)%name == master) tool = j
+        if (self%tools(j)%name == keys%master) tool = j
       end do
-      if (friction == 'none') then
+      if (keys%friction == 'none') then
         call default_friction(deck, law, status)
       else
-        call deck%find('friction', friction, friction_group, status, from=group, key='friction')
+        call deck%find('friction', keys%friction, friction_group, status, from=group, &
+                       key='friction')
         if (status%failed()) return
         call friction_from_group(friction_group, law, status)
       end if
@@ -565,8 +597,10 @@ contains
       call check_friction(self, law, group, facet, status)
       if (status%failed()) return
       call surface_nodes(self, facet, node)
-      call tool_contact_create(group%name, tool, law, separation, facet, node, nodal(2, node), &
-                               penalty * nodal(1, node), penalty * tangential * nodal(1, node), &
+      call tool_contact_create(group%name, tool, law, keys%separation, facet, node, &
+                               self%mesh%node_tag(node), nodal(2, node), &
+                               keys%penalty * nodal(1, node), &
+                               keys%penalty * keys%tangential * nodal(1, node), keys%enforcement, &
                                self%contacts(i))
       call check_overlap(self, self%contacts(i), group, status)
       if (status%failed()) return

@@ -20,7 +20,8 @@ module swage_newton
   type :: newton_control_t
     !> Largest error of each field [1].
     real(wp) :: tolerance(N_FIELD) = [1.0e-6_wp, 1.0e-5_wp]
-    !> Iterations after which the step is given up.
+    !> Iterations after which the step is given up, or since the last change of the problem by
+    !> [[newton_problem_t:augment]].
     integer :: maximum_iterations = 20
   end type newton_control_t
 
@@ -51,6 +52,8 @@ module swage_newton
     procedure(move_unknowns), deferred :: move
     !> Where the error is worst, for messages.
     procedure(worst_place), deferred :: describe_worst
+    !> Collective. Judge converged unknowns.
+    procedure :: augment => accept_converged
   end type newton_problem_t
 
   abstract interface
@@ -101,15 +104,26 @@ contains
 
     type(status_t) :: trial
     real(wp) :: merit, scales(N_FIELD), step_length
-    integer :: halving, iteration
+    integer :: halving, iteration, last_augmentation
+    logical :: done
 
     call problem%evaluate(status)
     if (status%failed()) return
     report%errors(:, 0) = problem%errors
 
-    do iteration = 1, min(control%maximum_iterations, MAXIMUM_HISTORY) + 1
-      if (all(problem%errors <= control%tolerance) .and. .not. problem%has_pending_values) return
-      if (iteration > min(control%maximum_iterations, MAXIMUM_HISTORY)) exit
+    iteration = 0
+    last_augmentation = 0
+    do
+      do while (all(problem%errors <= control%tolerance) .and. .not. problem%has_pending_values)
+        call problem%augment(done, status)
+        if (done .or. status%failed()) return
+        last_augmentation = iteration
+        call problem%evaluate(status)
+        if (status%failed()) return
+      end do
+      if (iteration - last_augmentation >= control%maximum_iterations &
+          .or. iteration >= MAXIMUM_HISTORY) exit
+      iteration = iteration + 1
 
       merit = norm2(problem%errors)
       scales = problem%scales
@@ -141,6 +155,19 @@ contains
                       EXIT_CONVERGENCE)
 
   end subroutine newton_solve
+
+  !> Collective. Converged unknowns are the solution, unless a problem has more to ask.
+  subroutine accept_converged(self, done, status)
+    class(newton_problem_t), intent(inout) :: self
+    !> False when the problem has changed and the iterations must go on. They may do so
+    !> `maximum_iterations` times after each change.
+    logical, intent(out) :: done
+    !> `STATUS_RETRY`, the same on all ranks, when the problem gives the step up.
+    type(status_t), intent(inout) :: status
+
+    done = .not. self%has_pending_values .and. .not. status%failed()
+
+  end subroutine accept_converged
 
   !> Factor that keeps an error relative to its scale before the correction, where the scale has
   !> collapsed: in a body that turns without strain forces vanish with their residual, and a
