@@ -3,7 +3,8 @@ program main
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use swage, only: comm_t, environment_start, environment_stop, explain_all_groups, &
                    explain_group, simulation_t, status_t, BUILD_COMPILER, BUILD_FLAGS, &
-                   BUILD_LIBRARIES, BUILD_TYPE, EXIT_INPUT, STATUS_ERROR, SWAGE_VERSION
+                   BUILD_LIBRARIES, BUILD_TYPE, EXIT_INPUT, EXIT_STOPPED, STATUS_ERROR, &
+                   SWAGE_VERSION, watch_signals
   implicit none(type, external)
 
   !> What the user wants.
@@ -14,6 +15,8 @@ program main
     character(len=:), allocatable :: subject
     !> Start of the names of the result files; the input decides when empty.
     character(len=:), allocatable :: prefix
+    !> Go on from the last restart file.
+    logical :: restart = .false.
   end type request_t
 
   type(comm_t) :: comm
@@ -26,7 +29,11 @@ program main
   call comm%agree(status)
   if (status%failed() .and. comm%rank == 0) then
     flush (output_unit)
-    write (error_unit, '(2a)') 'swage: error: ', trim(status%message)
+    if (status%exit_code == EXIT_STOPPED) then
+      write (error_unit, '(2a)') 'swage: ', trim(status%message)
+    else
+      write (error_unit, '(2a)') 'swage: error: ', trim(status%message)
+    end if
     flush (error_unit)
   end if
   call environment_stop()
@@ -68,10 +75,12 @@ contains
 
     type(simulation_t) :: simulation
 
+    call watch_signals()
     if (request%prefix == '') then
-      call simulation%start(request%subject, comm, status, echo=.true.)
+      call simulation%start(request%subject, comm, status, echo=.true., restart=request%restart)
     else
-      call simulation%start(request%subject, comm, status, prefix=request%prefix, echo=.true.)
+      call simulation%start(request%subject, comm, status, prefix=request%prefix, echo=.true., &
+                            restart=request%restart)
     end if
     if (.not. status%failed()) call simulation%run(status)
     call simulation%finish(status)
@@ -86,7 +95,7 @@ contains
     character(len=:), allocatable :: summary
     type(simulation_t) :: simulation
 
-    call simulation%check(request%subject, comm, summary, status)
+    call simulation%check(request%subject, comm, summary, status, restart=request%restart)
     if (.not. status%failed() .and. comm%rank == 0) then
       write (output_unit, '(a)') request%subject//': no faults found', summary
     end if
@@ -119,6 +128,8 @@ contains
         request%action = 'explain'
       case ('--check')
         request%action = 'check'
+      case ('--restart')
+        request%restart = .true.
       case ('--output')
         i = i + 1
         request%prefix = argument(i)
@@ -169,13 +180,16 @@ contains
       '', &
       '  swage CASE.nml [--output PREFIX]   run a case; results are PREFIX.vtkhdf, .csv, .sta', &
       '                                     and .log (PREFIX: the case without .nml)', &
+      '  swage CASE.nml --restart           go on from the last PREFIX.restart.h5, in the same', &
+      '                                     results; ways to ask for one: --explain restart', &
       '  swage CASE.nml --check             read the case and its mesh, report faults', &
       '  swage --explain [GROUP]            the groups of the input file, the keys of one', &
       '  swage --version                    version, compiler and libraries', &
       '  swage --help                       this page', &
       '', &
       'Several ranks: mpirun -n 4 swage CASE.nml', &
-      'Exit codes: 0 done, 2 input, 3 mesh, 4 no convergence, 5 linear solver or memory, 6 files'
+      'Exit codes: 0 done, 2 input, 3 mesh, 4 no convergence, 5 linear solver or memory, 6 files', &
+      '75 stopped on request, go on with --restart'
 
   end subroutine print_help
 

@@ -81,8 +81,8 @@ module swage_log
 
 contains
 
-  !> Not collective. A file that exists is replaced.
-  subroutine log_open(self, path, rank, echo, status)
+  !> Not collective. A file that exists is replaced, or continued.
+  subroutine log_open(self, path, rank, echo, status, append)
     class(log_t), intent(inout) :: self
     !> Of the log file; none when empty.
     character(len=*), intent(in) :: path
@@ -93,9 +93,11 @@ contains
     !> `STATUS_ERROR` with `EXIT_FILE` on rank 0 when the file cannot be created. The log can be
     !> used nevertheless.
     type(status_t), intent(inout) :: status
+    !> Write behind what an existing file holds; false when absent.
+    logical, intent(in), optional :: append
 
     character(len=256) :: reason
-    character(len=8) :: answer
+    character(len=8) :: answer, file_status, position
     integer :: code
 
     call self%close()
@@ -120,8 +122,16 @@ contains
     end select
 
     if (path == '') return
-    open (newunit=self%unit, file=trim(path), status='replace', action='write', iostat=code, &
-          iomsg=reason)
+    file_status = 'replace'
+    position = 'asis'
+    if (present(append)) then
+      if (append) then
+        file_status = 'unknown'
+        position = 'append'
+      end if
+    end if
+    open (newunit=self%unit, file=trim(path), status=file_status, action='write', &
+          position=position, iostat=code, iomsg=reason)
     self%has_file = code == 0
     if (.not. self%has_file) then
       call status%raise(STATUS_ERROR, 'log_open', 'cannot write the log '//trim(path)//': '// &

@@ -7,7 +7,7 @@ module swage_signals
   implicit none(type, external)
   private
 
-  public :: watch_signals, save_was_asked, end_was_asked, forget_signals
+  public :: watch_signals, take_signals
 
   integer(c_int), parameter :: SIGUSR1 = 10_c_int
   integer(c_int), parameter :: SIGTERM = 15_c_int
@@ -39,36 +39,27 @@ contains
 
     type(c_funptr) :: ignored
 
-    call forget_signals()
+    save_asked = 0_c_int
+    end_asked = 0_c_int
     ignored = c_signal(SIGUSR1, c_funloc(note_signal))
     ignored = c_signal(SIGTERM, c_funloc(note_signal))
     ignored = c_signal(SIGXFSZ, transfer(IGNORE, ignored))
 
   end subroutine watch_signals
 
-  !> True when a restart file was asked for since [[forget_signals]].
-  function save_was_asked() result(was_asked)
-    logical :: was_asked
+  !> What was asked for since the last call. A signal that comes afterwards is for the next one.
+  subroutine take_signals(save_is_asked, end_is_asked)
+    !> True when a restart file is wanted.
+    logical, intent(out) :: save_is_asked
+    !> True when the run is to end.
+    logical, intent(out) :: end_is_asked
 
-    was_asked = save_asked /= 0_c_int
+    save_is_asked = save_asked /= 0_c_int
+    if (save_is_asked) save_asked = 0_c_int
+    end_is_asked = end_asked /= 0_c_int
+    if (end_is_asked) end_asked = 0_c_int
 
-  end function save_was_asked
-
-  !> True when the run was asked to end.
-  function end_was_asked() result(was_asked)
-    logical :: was_asked
-
-    was_asked = end_asked /= 0_c_int
-
-  end function end_was_asked
-
-  !> What was asked for is being done.
-  subroutine forget_signals()
-
-    save_asked = 0_c_int
-    end_asked = 0_c_int
-
-  end subroutine forget_signals
+  end subroutine take_signals
 
   !> The handler.
   subroutine note_signal(number) bind(C, name='swage_note_signal')

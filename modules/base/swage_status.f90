@@ -6,6 +6,7 @@ module swage_status
   public :: status_t
   public :: STATUS_OK, STATUS_RETRY, STATUS_ERROR
   public :: EXIT_DONE, EXIT_INPUT, EXIT_MESH, EXIT_CONVERGENCE, EXIT_SOLVER, EXIT_FILE
+  public :: EXIT_STOPPED
 
   !> The operation succeeded.
   integer, parameter :: STATUS_OK = 0
@@ -26,6 +27,8 @@ module swage_status
   integer, parameter :: EXIT_SOLVER = 5
   !> A file cannot be written or read.
   integer, parameter :: EXIT_FILE = 6
+  !> Stopped on request; a restart file was written, from which the run can go on.
+  integer, parameter :: EXIT_STOPPED = 75
 
   !> Severity, exit code, origin and message. The lengths are fixed so that a status can be raised
   !> in a `pure` procedure and broadcast without negotiating a length.

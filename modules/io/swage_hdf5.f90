@@ -10,7 +10,8 @@ module swage_hdf5
                   h5dget_space_f, h5dopen_f, h5dset_extent_f, h5dwrite_f, h5eset_auto_f, &
                   h5fcreate_f, h5kind_to_type, h5open_f, h5pclose_f, h5pcreate_f, &
                   h5pset_chunk_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, h5pset_fill_time_f, &
-                  h5sclose_f, h5screate_f, h5screate_simple_f, h5sselect_hyperslab_f, &
+                  h5sclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_dims_f, &
+                  h5sselect_hyperslab_f, &
                   h5sselect_none_f, h5tclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, hid_t, &
                   hsize_t, size_t, H5_INTEGER_KIND, H5D_FILL_TIME_NEVER_F, H5F_ACC_TRUNC_F, &
                   H5FD_MPIO_COLLECTIVE_F, H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, &
@@ -113,7 +114,7 @@ contains
 
   end subroutine hdf5_create_table
 
-  !> Collective. Set the number of rows of a table and write some of them.
+  !> Collective. Write some rows of a table, which grows to hold them and never shrinks.
   subroutine hdf5_write_rows(location, name, memory_type, buffer, n_component, first, n_local, &
                              n_row, broken)
     !> File or group that holds the table.
@@ -130,12 +131,12 @@ contains
     integer(gp), intent(in) :: first
     !> Rows of this rank; may be 0, but not on all ranks (HDF5 1.10 fails on that).
     integer(gp), intent(in) :: n_local
-    !> Rows of the table afterwards.
+    !> Rows of the table afterwards, at least.
     integer(gp), intent(in) :: n_row
     logical, intent(inout) :: broken
 
     integer(hid_t) :: dataset, file_space, memory_space, transfer_list
-    integer(hsize_t) :: count(2), extent(2), start(2)
+    integer(hsize_t) :: count(2), extent(2), limit(2), old_extent(2), start(2)
     integer :: code, n_rank
 
     call get_shape(n_component, n_row, extent, n_rank)
@@ -144,10 +145,18 @@ contains
     start(n_rank) = int(first, hsize_t)
     call h5dopen_f(location, name, dataset, code)
     call note_code(code, broken)
-    call h5dset_extent_f(dataset, extent(:n_rank), code)
-    call note_code(code, broken)
     call h5dget_space_f(dataset, file_space, code)
     call note_code(code, broken)
+    call h5sget_simple_extent_dims_f(file_space, old_extent(:n_rank), limit(:n_rank), code)
+    call note_code(code, broken)
+    if (extent(n_rank) > old_extent(n_rank)) then
+      call h5sclose_f(file_space, code)
+      call note_code(code, broken)
+      call h5dset_extent_f(dataset, extent(:n_rank), code)
+      call note_code(code, broken)
+      call h5dget_space_f(dataset, file_space, code)
+      call note_code(code, broken)
+    end if
     call h5screate_simple_f(n_rank, count(:n_rank), memory_space, code)
     call note_code(code, broken)
     if (n_local > 0_gp) then

@@ -11,16 +11,17 @@ module swage_hdf5_arrays
                   h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, &
                   h5sselect_hyperslab_f, h5sselect_none_f, hid_t, hsize_t, H5_INTEGER_KIND, &
                   H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_ACC_TRUNC_F, H5FD_MPIO_COLLECTIVE_F, &
-                  H5P_DATASET_XFER_F, H5P_FILE_ACCESS_F, H5P_FILE_CREATE_F, H5S_SELECT_SET_F
+                  H5P_DATASET_XFER_F, H5P_FILE_ACCESS_F, H5P_FILE_CREATE_F, H5S_SELECT_SET_F, &
+                  H5T_NATIVE_DOUBLE
   use mpi_f08, only: MPI_INFO_NULL
   use swage_comm, only: comm_t
   use swage_hdf5, only: note_code
-  use swage_kinds, only: gp
+  use swage_kinds, only: gp, wp
   implicit none(type, external)
   private
 
   public :: hdf5_create_headed_file, hdf5_open_file, hdf5_write_array, hdf5_read_array
-  public :: hdf5_array_shape, hdf5_read_integers, hdf5_members, MEMBER_LENGTH
+  public :: hdf5_array_shape, hdf5_read_list, hdf5_read_integers, hdf5_members, MEMBER_LENGTH
 
   !> Longest name of a member of a group.
   integer, parameter :: MEMBER_LENGTH = 256
@@ -159,6 +160,42 @@ contains
     call note_code(code, broken)
 
   end subroutine hdf5_read_array
+
+  !> Collective. Read some numbers of a list, an array of rank 1, on all ranks.
+  subroutine hdf5_read_list(location, name, first, values, broken)
+    integer(hid_t), intent(in) :: location
+    character(len=*), intent(in) :: name
+    !> Numbers in front of them.
+    integer(gp), intent(in) :: first
+    !> At least one.
+    real(wp), contiguous, target, intent(inout) :: values(:)
+    logical, intent(inout) :: broken
+
+    integer(hid_t) :: dataset, file_space, memory_space
+    integer(hsize_t) :: count(1)
+    type(c_ptr) :: address
+    integer :: code
+
+    count = size(values, kind=hsize_t)
+    call h5dopen_f(location, name, dataset, code)
+    call note_code(code, broken)
+    call h5dget_space_f(dataset, file_space, code)
+    call note_code(code, broken)
+    call h5sselect_hyperslab_f(file_space, H5S_SELECT_SET_F, [int(first, hsize_t)], count, code)
+    call note_code(code, broken)
+    call h5screate_simple_f(1, count, memory_space, code)
+    call note_code(code, broken)
+    address = c_loc(values)
+    call h5dread_f(dataset, H5T_NATIVE_DOUBLE, address, code, memory_space, file_space)
+    call note_code(code, broken)
+    call h5sclose_f(memory_space, code)
+    call note_code(code, broken)
+    call h5dclose_f(dataset, code)
+    call note_code(code, broken)
+    call h5sclose_f(file_space, code)
+    call note_code(code, broken)
+
+  end subroutine hdf5_read_list
 
   !> Collective. Extents of an array: numbers in a row, and rows.
   subroutine hdf5_array_shape(location, name, n_component, n_row, broken)

@@ -2,15 +2,20 @@
 !> `tools/plot`.
 module swage_history
   use swage_comm, only: comm_t
+  use swage_file_mark, only: check_mark, cut_to_mark, mark_file
   use swage_finite, only: is_finite
   use swage_kinds, only: wp
   use swage_output_path, only: describe_refusal
+  use swage_snapshot, only: snapshot_t
   use swage_status, only: status_t, EXIT_FILE, STATUS_ERROR
   use swage_units, only: shown, units_t
   implicit none(type, external)
   private
 
   public :: history_t, full_text
+
+  !> Entry of a snapshot that says how far the file had grown.
+  character(len=*), parameter :: MARK = 'history'
 
   !> A column and its value in the row in hand.
   type :: column_t
@@ -35,8 +40,12 @@ module swage_history
     logical :: has_header = .false.
     type(column_t), allocatable :: columns(:)
   contains
-    !> Create the file.
+    !> Create the file, or prepare to go on in one that exists.
     procedure, public :: open => history_open
+    !> Go on behind the rows that the file held when a snapshot was taken.
+    procedure, public :: resume => history_resume
+    !> Put into a snapshot where the file ends.
+    procedure, public :: save => history_save
     !> Declare a column.
     procedure, public :: add_column => history_add_column
     !> The value of a column in the next row.
@@ -49,8 +58,9 @@ module swage_history
 
 contains
 
-  !> Collective. A file that exists is replaced.
-  subroutine history_open(self, path, comm, units, status)
+  !> Collective. A file that exists is replaced, unless a snapshot is given: then it is compared
+  !> with that, and left alone until `resume`, which follows when the columns are declared.
+  subroutine history_open(self, path, comm, units, status, snapshot)
     class(history_t), intent(inout) :: self
     character(len=*), intent(in) :: path
     type(comm_t), intent(in) :: comm
@@ -58,6 +68,7 @@ contains
     type(units_t), intent(in) :: units
     !> `STATUS_ERROR` with `EXIT_FILE`, the same on all ranks, when the file cannot be created.
     type(status_t), intent(inout) :: status
+    type(snapshot_t), intent(in), optional :: snapshot
 
     integer :: code
 
@@ -66,6 +77,10 @@ contains
     self%units = units
     self%path = trim(path)
     allocate (self%columns(0))
+    if (present(snapshot)) then
+      call check_mark(MARK, self%path, comm, snapshot, status)
+      return
+    end if
     if (comm%rank == 0) then
       open (newunit=self%unit, file=self%path, status='replace', action='write', iostat=code)
       self%is_open = code == 0
@@ -77,6 +92,51 @@ contains
     call comm%agree(status)
 
   end subroutine history_open
+
+  !> Collective. Rows that came after the snapshot are dropped.
+  subroutine history_resume(self, snapshot, status)
+    class(history_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    !> `STATUS_ERROR` with `EXIT_FILE`, the same on all ranks, when the columns are others, or the
+    !> file cannot be written.
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: header
+    integer :: code
+
+    if (self%comm%rank == 0) then
+      header = header_of(self%columns)
+      if (first_line(self%path, len(header) + 1) /= header) then
+        call status%raise(STATUS_ERROR, 'history_resume', self%path//' has other columns than '// &
+                          'those of this run: write new results, &restart from with another '// &
+                          '&output prefix', EXIT_FILE)
+      end if
+    end if
+    call self%comm%agree(status)
+    if (status%failed()) return
+    call cut_to_mark(MARK, self%path, self%comm, snapshot, status)
+    if (status%failed()) return
+    if (self%comm%rank == 0) then
+      open (newunit=self%unit, file=self%path, status='old', action='write', position='append', &
+            iostat=code)
+      self%is_open = code == 0
+      if (.not. self%is_open) then
+        call status%raise(STATUS_ERROR, 'history_resume', 'cannot write '//self%path//': '// &
+                          describe_refusal(self%path), EXIT_FILE)
+      end if
+    end if
+    self%has_header = .true.
+    call self%comm%agree(status)
+
+  end subroutine history_resume
+
+  subroutine history_save(self, snapshot)
+    class(history_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    call mark_file(MARK, self%path, self%comm, snapshot)
+
+  end subroutine history_save
 
   !> Not collective, but the same on all ranks. All columns come before the first row.
   subroutine history_add_column(self, name, dimension, status)
@@ -179,23 +239,53 @@ contains
     !> False when the file refused it.
     logical, intent(out) :: is_written
 
-    character(len=:), allocatable :: header, row
+    character(len=:), allocatable :: row
     integer :: code, i
 
-    header = ''
     row = ''
     do i = 1, size(self%columns)
       associate (column => self%columns(i))
-        header = header//','//trim(column%name)//' ['//trim(column%label)//']'
         row = row//','//full_text(shown(column%value, trim(column%dimension)))
       end associate
     end do
-    if (.not. self%has_header) row = ','//header(2:)//new_line('a')//row(2:)
+    if (.not. self%has_header) row = ','//header_of(self%columns)//new_line('a')//row(2:)
     write (self%unit, '(a)', iostat=code) row(2:)
     if (code == 0) flush (self%unit, iostat=code)
     is_written = code == 0
 
   end subroutine write_row
+
+  !> Names and labels of all columns.
+  function header_of(columns) result(header)
+    type(column_t), intent(in) :: columns(:)
+    character(len=:), allocatable :: header
+
+    integer :: i
+
+    header = ''
+    do i = 1, size(columns)
+      if (i > 1) header = header//','
+      header = header//trim(columns(i)%name)//' ['//trim(columns(i)%label)//']'
+    end do
+
+  end function header_of
+
+  !> The first line of a file, or as much of it as is asked for; empty when there is none.
+  function first_line(path, longest) result(line)
+    character(len=*), intent(in) :: path
+    integer, intent(in) :: longest
+    character(len=:), allocatable :: line
+
+    integer :: code, unit
+
+    line = repeat(' ', longest)
+    open (newunit=unit, file=path, status='old', action='read', iostat=code)
+    if (code /= 0) return
+    read (unit, '(a)', iostat=code) line
+    close (unit)
+    if (code /= 0) line = ''
+
+  end function first_line
 
   subroutine history_close(self)
     class(history_t), intent(inout) :: self

@@ -28,7 +28,7 @@ module swage_restart_file
   implicit none(type, external)
   private
 
-  public :: restart_file_write, restart_file_read, restart_file_check
+  public :: restart_file_write, restart_file_read, restart_file_check, restart_file_find
   public :: restart_path, previous_restart_path
 
   !> Bytes in front of what HDF5 writes, and how they begin.
@@ -201,6 +201,44 @@ contains
     call comm%broadcast(fault)
 
   end subroutine restart_file_check
+
+  !> Collective. The last complete restart file of a prefix.
+  subroutine restart_file_find(prefix, comm, path, remark, status)
+    character(len=*), intent(in) :: prefix
+    type(comm_t), intent(in) :: comm
+    character(len=:), allocatable, intent(out) :: path
+    !> Why it is not the last one written; empty when it is.
+    character(len=:), allocatable, intent(out) :: remark
+    !> `STATUS_ERROR`, the same on all ranks: with `EXIT_INPUT` when there is none, with
+    !> `EXIT_FILE` when all are damaged.
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: fault, previous_fault
+    logical :: is_there(2)
+
+    remark = ''
+    path = restart_path(prefix)
+    call restart_file_check(path, comm, fault)
+    if (fault == '') return
+    remark = path//': '//fault
+    path = previous_restart_path(prefix)
+    call restart_file_check(path, comm, previous_fault)
+    if (previous_fault == '') return
+
+    inquire (file=restart_path(prefix), exist=is_there(1))
+    inquire (file=path, exist=is_there(2))
+    if (any(is_there)) then
+      call status%raise(STATUS_ERROR, 'restart_file_find', 'there is no restart file to go on '// &
+                        'from: '//remark//'; '//path//': '//previous_fault//'. Start again '// &
+                        'without --restart', EXIT_FILE)
+    else
+      call status%raise(STATUS_ERROR, 'restart_file_find', 'there is no '// &
+                        restart_path(prefix)//' to go on from; start without --restart', &
+                        EXIT_INPUT)
+    end if
+    call comm%agree(status)
+
+  end subroutine restart_file_find
 
   !> Collective. Everything but the header.
   subroutine write_content(file, comm, snapshot, broken)

@@ -1,14 +1,19 @@
 !> The status file of a run: one line an increment, accepted or not, in fixed columns.
 module swage_status_file
   use swage_comm, only: comm_t
+  use swage_file_mark, only: check_mark, cut_to_mark, mark_file
   use swage_kinds, only: wp
   use swage_output_path, only: describe_refusal
+  use swage_snapshot, only: snapshot_t
   use swage_status, only: status_t, EXIT_FILE, STATUS_ERROR
   use swage_units, only: units_t
   implicit none(type, external)
   private
 
   public :: status_file_t
+
+  !> Entry of a snapshot that says how far the file had grown.
+  character(len=*), parameter :: MARK = 'status file'
 
   !> Owns a file on rank 0: call `close`; do not copy.
   type :: status_file_t
@@ -20,6 +25,12 @@ module swage_status_file
   contains
     !> Create the file and its header.
     procedure, public :: open => status_file_open
+    !> Compare a file with what it was when a snapshot was taken.
+    procedure, public :: check => status_file_check
+    !> Go on behind the lines that it held then.
+    procedure, public :: resume => status_file_resume
+    !> Put into a snapshot where the file ends.
+    procedure, public :: save => status_file_save
     !> Add the line of an increment.
     procedure, public :: append => status_file_append
     !> Harmless when nothing is open.
@@ -61,6 +72,54 @@ contains
     call comm%agree(status)
 
   end subroutine status_file_open
+
+  !> Collective. Afterwards the file may be resumed.
+  subroutine status_file_check(self, path, comm, snapshot, status)
+    class(status_file_t), intent(inout) :: self
+    character(len=*), intent(in) :: path
+    type(comm_t), intent(in) :: comm
+    type(snapshot_t), intent(in) :: snapshot
+    !> `STATUS_ERROR` with `EXIT_FILE`, the same on all ranks, when it is another file.
+    type(status_t), intent(inout) :: status
+
+    call self%close()
+    self%comm = comm
+    self%path = trim(path)
+    call check_mark(MARK, self%path, comm, snapshot, status)
+
+  end subroutine status_file_check
+
+  !> Collective. Lines that came after the snapshot are dropped.
+  subroutine status_file_resume(self, snapshot, status)
+    class(status_file_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    !> `STATUS_ERROR` with `EXIT_FILE`, the same on all ranks, when the file cannot be written.
+    type(status_t), intent(inout) :: status
+
+    integer :: code
+
+    call cut_to_mark(MARK, self%path, self%comm, snapshot, status)
+    if (status%failed()) return
+    if (self%comm%rank == 0) then
+      open (newunit=self%unit, file=self%path, status='old', action='write', position='append', &
+            iostat=code)
+      self%is_open = code == 0
+      if (.not. self%is_open) then
+        call status%raise(STATUS_ERROR, 'status_file_resume', 'cannot write '//self%path//': '// &
+                          describe_refusal(self%path), EXIT_FILE)
+      end if
+    end if
+    call self%comm%agree(status)
+
+  end subroutine status_file_resume
+
+  subroutine status_file_save(self, snapshot)
+    class(status_file_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    call mark_file(MARK, self%path, self%comm, snapshot)
+
+  end subroutine status_file_save
 
   !> Not collective: a status file that can no longer be written is closed, but does not end a run,
   !> whose results are elsewhere.

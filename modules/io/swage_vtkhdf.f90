@@ -7,18 +7,20 @@ module swage_vtkhdf
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int32, int64, int8, real32
   use hdf5, only: h5dclose_f, h5dopen_f, h5fclose_f, h5fflush_f, h5gclose_f, h5gcreate_f, &
-                  h5kind_to_type, hid_t, H5_INTEGER_KIND, H5F_SCOPE_GLOBAL_F, H5T_IEEE_F32LE, &
-                  H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_REAL, H5T_STD_I32LE, &
-                  H5T_STD_I64LE, H5T_STD_U8LE
+                  h5gopen_f, h5kind_to_type, hid_t, H5_INTEGER_KIND, H5F_SCOPE_GLOBAL_F, &
+                  H5T_IEEE_F32LE, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_REAL, &
+                  H5T_STD_I32LE, H5T_STD_I64LE, H5T_STD_U8LE
   use swage_comm, only: comm_t
   use swage_disk_room, only: check_room
   use swage_finite, only: is_finite
   use swage_hdf5, only: hdf5_create_file, hdf5_create_table, hdf5_start, hdf5_write_integers, &
                         hdf5_write_rows, hdf5_write_text, note_code, LIST
+  use swage_hdf5_arrays, only: hdf5_array_shape, hdf5_open_file, hdf5_read_integers, hdf5_read_list
   use swage_kinds, only: gp, wp
   use swage_mandel, only: SQRT2
   use swage_output_path, only: describe_refusal
   use swage_result_checks, only: check_mesh, check_values
+  use swage_snapshot, only: snapshot_t
   use swage_status, only: status_t, EXIT_FILE, STATUS_ERROR
   use swage_text, only: text
   use swage_units, only: shown, units_t
@@ -80,8 +82,9 @@ module swage_vtkhdf
     integer(hid_t) :: data(2) = -1_hid_t
     integer(hid_t) :: data_offsets(2) = -1_hid_t
     type(field_t), allocatable :: fields(:)
-    !> Finished steps.
+    !> Finished steps, and their parts: one for each rank that wrote.
     integer(gp) :: n_step = 0_gp
+    integer(gp) :: n_part = 0_gp
     !> Rows of the mesh tables that belong to finished steps.
     integer(gp) :: n_done(4) = 0_gp
     !> Rows of the current step: of this rank, of the ranks before it, of all ranks.
@@ -94,6 +97,12 @@ module swage_vtkhdf
   contains
     !> Create the file; one that exists is replaced.
     procedure, public :: open => vtkhdf_open
+    !> Open a file to go on behind the steps that it held when a snapshot was taken.
+    procedure, public :: resume => vtkhdf_resume
+    !> Forget the steps that came after it.
+    procedure, public :: rewind => vtkhdf_rewind
+    !> Put into a snapshot where the file ends.
+    procedure, public :: save => vtkhdf_save
     !> Attach a text about the run to the file.
     procedure, public :: describe => vtkhdf_describe
     !> Start a step with its mesh.
@@ -166,6 +175,169 @@ contains
     call self%create_tables(status)
 
   end subroutine vtkhdf_open
+
+  subroutine vtkhdf_save(self, snapshot)
+    class(vtkhdf_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    character(len=:), allocatable :: names
+    integer, allocatable :: kinds(:)
+    integer :: i
+
+    names = ''
+    allocate (kinds(3 * size(self%fields)))
+    do i = 1, size(self%fields)
+      associate (field => self%fields(i))
+        kinds(3 * i - 2:3 * i) = [field%support, field%n_component, &
+                                  merge(1, 0, field%is_integer)]
+        names = names//field%name
+      end associate
+    end do
+    call snapshot%put('results: counts', [self%n_step, self%n_part, self%n_done])
+    call snapshot%put('results: last time', self%time_done)
+    call snapshot%put('results: kinds of fields', kinds)
+    call snapshot%put('results: fields', names//'|')
+
+  end subroutine vtkhdf_save
+
+  !> Collective. The file is opened and compared with the snapshot, but not changed. A snapshot
+  !> taken before the first step is of no use.
+  subroutine vtkhdf_resume(self, path, comm, units, snapshot, status, single)
+    class(vtkhdf_t), intent(inout) :: self
+    character(len=*), intent(in) :: path
+    type(comm_t), intent(in) :: comm
+    type(units_t), intent(in) :: units
+    type(snapshot_t), intent(in) :: snapshot
+    !> `STATUS_ERROR` when the file cannot be opened, or is not that of the snapshot, grown or not.
+    type(status_t), intent(inout) :: status
+    !> As when the file was created.
+    logical, intent(in), optional :: single
+
+    integer(gp) :: n_step(1)
+    logical :: broken, is_same, is_there
+
+    call self%close()
+    self%comm = comm
+    self%units = units
+    self%path = trim(path)
+    self%is_single = .true.
+    if (present(single)) self%is_single = single
+    call take_fields(self, snapshot, status)
+    call comm%agree(status)
+    if (status%failed()) return
+
+    broken = .false.
+    call hdf5_start(broken)
+    call hdf5_open_file(self%path, comm, .true., self%file, broken)
+    if (broken) then
+      inquire (file=self%path, exist=is_there)
+      if (is_there) then
+        call status%raise(STATUS_ERROR, 'vtkhdf_resume', self%path//' cannot be continued: it '// &
+                          'is damaged, or may not be written', EXIT_FILE)
+      else
+        call refuse('there is no such file')
+      end if
+    end if
+    call comm%agree(status)
+    if (status%failed()) return
+    call open_group(self%file, 'VTKHDF', self%root, broken)
+    call open_group(self%root, 'PointData', self%data(POINTS_OF), broken)
+    call open_group(self%root, 'CellData', self%data(CELLS_OF), broken)
+    call open_group(self%root, 'Steps', self%steps, broken)
+    call open_group(self%steps, 'PointDataOffsets', self%data_offsets(POINTS_OF), broken)
+    call open_group(self%steps, 'CellDataOffsets', self%data_offsets(CELLS_OF), broken)
+    if (.not. broken) call hdf5_read_integers(self%steps, 'NSteps', n_step, broken)
+    if (broken) then
+      call refuse('it is no result file, or damaged')
+    else
+      is_same = same_time(self)
+      if (n_step(1) < self%n_step) is_same = .false.
+      if (.not. is_same) call refuse('it is that of another run')
+    end if
+    call comm%agree(status)
+    if (status%failed()) call self%close()
+
+  contains
+
+    subroutine refuse(fault)
+      character(len=*), intent(in) :: fault
+
+      call status%raise(STATUS_ERROR, 'vtkhdf_resume', self%path//' does not belong to the '// &
+                        'restart file: '//fault//'. Bring the file back, or write new results: '// &
+                        '&restart from with another &output prefix', EXIT_FILE)
+
+    end subroutine refuse
+
+  end subroutine vtkhdf_resume
+
+  !> What the file holds, from a snapshot.
+  subroutine take_fields(self, snapshot, status)
+    class(vtkhdf_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: names
+    integer, allocatable :: kinds(:)
+    integer(gp) :: counts(6)
+    integer :: i, n
+
+    allocate (kinds(snapshot%count('results: kinds of fields')))
+    call snapshot%get('results: counts', counts, status)
+    call snapshot%get('results: last time', self%time_done, status)
+    call snapshot%get('results: kinds of fields', kinds, status)
+    call snapshot%get('results: fields', names, status)
+    if (status%failed()) return
+    self%n_step = counts(1)
+    self%n_part = counts(2)
+    self%n_done = counts(3:6)
+    self%has_mesh = self%n_step > 0_gp
+    allocate (self%fields(size(kinds) / 3))
+    do i = 1, size(self%fields)
+      associate (field => self%fields(i))
+        n = len(field%name)
+        field%name = names(n * (i - 1) + 1:n * i)
+        field%support = kinds(3 * i - 2)
+        field%n_component = kinds(3 * i - 1)
+        field%is_integer = kinds(3 * i) /= 0
+      end associate
+    end do
+
+  end subroutine take_fields
+
+  !> Collective. True when the last step is at the time it should be.
+  function same_time(self)
+    class(vtkhdf_t), intent(in) :: self
+    logical :: same_time
+
+    real(wp) :: time(1)
+    integer(gp) :: n_row
+    integer :: n_component
+    logical :: broken
+
+    broken = .false.
+    same_time = .false.
+    call hdf5_array_shape(self%steps, 'Values', n_component, n_row, broken)
+    if (broken .or. n_row < self%n_step .or. self%n_step == 0_gp) return
+    time = 0.0_wp
+    call hdf5_read_list(self%steps, 'Values', self%n_step - 1_gp, time, broken)
+    same_time = .not. broken .and. abs(time(1) - self%time_done) <= 0.0_wp
+
+  end function same_time
+
+  subroutine vtkhdf_rewind(self, status)
+    class(vtkhdf_t), intent(inout) :: self
+    type(status_t), intent(inout) :: status
+
+    logical :: broken
+    integer :: code
+
+    broken = .false.
+    call hdf5_write_integers(self%steps, 'NSteps', [self%n_step], .false., broken)
+    call h5fflush_f(self%file, H5F_SCOPE_GLOBAL_F, code)
+    call note_code(code, broken)
+    call settle(self, 'vtkhdf_rewind', broken, status)
+
+  end subroutine vtkhdf_rewind
 
   !> Groups, attributes and tables that every file has. The tables of the mesh come with the first
   !> step, whose size tells how to allocate them.
@@ -668,6 +840,7 @@ contains
 
     self%is_in_step = .false.
     self%n_step = self%n_step + 1_gp
+    self%n_part = self%n_part + self%comm%size
     self%n_done = self%n_done + self%n_total
     self%time_done = self%time
 
@@ -682,7 +855,7 @@ contains
     integer(gp) :: first_part
     integer :: i
 
-    first_part = self%n_step * self%comm%size
+    first_part = self%n_part
     call write_of_part('NumberOfPoints', self%n_local(POINTS_OF))
     call write_of_part('NumberOfCells', self%n_local(CELLS_OF))
     call write_of_part('NumberOfConnectivityIds', self%n_local(CORNERS_OF))
@@ -754,6 +927,7 @@ contains
     self%has_mesh = .false.
     if (allocated(self%fields)) deallocate (self%fields)
     self%n_step = 0_gp
+    self%n_part = 0_gp
     self%n_done = 0_gp
     self%time_done = -huge(1.0_wp)
 
@@ -852,6 +1026,21 @@ contains
     call note_code(code, broken)
 
   end subroutine create_group
+
+  !> Open a group that exists; once something is broken, leave it.
+  subroutine open_group(location, name, group, broken)
+    integer(hid_t), intent(in) :: location
+    character(len=*), intent(in) :: name
+    integer(hid_t), intent(inout) :: group
+    logical, intent(inout) :: broken
+
+    integer :: code
+
+    if (broken) return
+    call h5gopen_f(location, name, group, code)
+    call note_code(code, broken)
+
+  end subroutine open_group
 
   !> Close a group if it is open.
   subroutine close_group(group)

@@ -822,6 +822,7 @@ contains
 
     self%increment = 0.0_wp
     self%pressure_new = self%pressure
+    self%mean_stress = self%mean_stress_old
     self%time_new = self%time
     do i = 1, size(self%tools)
       call self%tools(i)%begin_step(self%time, self%time)

@@ -43,7 +43,7 @@ contains
     call snapshot%put('log volume', self%log_volume, OF_CELLS)
     call snapshot%put('volume', self%volume_new, OF_CELLS)
     call snapshot%put('state', self%state, OF_CELLS)
-    call snapshot%put('mean stress', self%mean_stress, OF_CELLS)
+    call snapshot%put('mean stress', self%mean_stress_old, OF_CELLS)
     call snapshot%put('bubble modulus', self%bubble_modulus, OF_CELLS)
     call snapshot%put('relaxation', self%relaxation, OF_CELLS)
     call snapshot%put('flow stress', self%flow_stress, OF_CELLS)
@@ -79,7 +79,7 @@ contains
     call snapshot%get('log volume', self%log_volume, status, OF_CELLS)
     call snapshot%get('volume', self%volume_new, status, OF_CELLS)
     call snapshot%get('state', self%state, status, OF_CELLS)
-    call snapshot%get('mean stress', self%mean_stress, status, OF_CELLS)
+    call snapshot%get('mean stress', self%mean_stress_old, status, OF_CELLS)
     call snapshot%get('bubble modulus', self%bubble_modulus, status, OF_CELLS)
     call snapshot%get('relaxation', self%relaxation, status, OF_CELLS)
     call snapshot%get('flow stress', self%flow_stress, status, OF_CELLS)
@@ -97,7 +97,6 @@ contains
     call self%comm%agree(status)
     if (status%failed()) return
 
-    self%mean_stress_old = self%mean_stress
     call self%reject_step()
     if (.not. snapshot%has(SOLVER_SAVED)) return
     call create_solver(self, status)

@@ -1,6 +1,7 @@
 !> The groups of an input file that belong to the run as a whole: what is computed, on which mesh,
 !> in which steps, how accurately, and what is written.
 module swage_case
+  use swage_checkpoint, only: restart_keys_t, take_restart
   use swage_deck, only: deck_t
   use swage_group, only: group_t, NAME_LENGTH
   use swage_kinds, only: wp
@@ -87,11 +88,12 @@ module swage_case
     character(len=TITLE_LENGTH), allocatable :: step_titles(:)
     type(solver_keys_t) :: solver
     type(output_keys_t) :: output
+    type(restart_keys_t) :: restart
   end type case_t
 
 contains
 
-  !> Read the groups `&job`, `&mesh`, `&step`, `&solver` and `&output`.
+  !> Read the groups `&job`, `&mesh`, `&step`, `&solver`, `&output` and `&restart`.
   subroutine case_from_deck(deck, case, status)
     type(deck_t), intent(in) :: deck
     type(case_t), intent(out) :: case
@@ -146,6 +148,16 @@ contains
     else
       case%output%title = group%describe('prefix')//': '
       case%output%prefix = deck%resolve(case%output%prefix)
+    end if
+
+    call deck%get_only('restart', group, status)
+    call take_restart(group, case%restart)
+    call group%finish(status)
+    if (status%failed()) return
+    case%restart%title = ''
+    if (case%restart%from /= '') then
+      case%restart%title = group%describe('from')//': '
+      case%restart%from = deck%resolve(case%restart%from)
     end if
 
   end subroutine case_from_deck

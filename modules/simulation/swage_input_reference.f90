@@ -1,6 +1,7 @@
 !> All groups of the input file. A new group is one line in `reference`.
 module swage_input_reference
   use swage_case, only: explain_job, explain_mesh, explain_output, explain_solver, explain_step
+  use swage_checkpoint, only: explain_restart
   use swage_flow_stress_registry, only: explain_flow_stress, flow_stress_names
   use swage_friction_registry, only: explain_friction, friction_names
   use swage_group, only: group_for_explaining, group_t, option_t
@@ -87,7 +88,9 @@ contains
       entry_t('step', 'A part of the run and its increments of time.', .true., explain_step), &
       entry_t('solver', 'How accurately and how the equations are solved.', .false., &
               explain_solver), &
-      entry_t('output', 'What is written, where, and how often.', .false., explain_output)]
+      entry_t('output', 'What is written, where, and how often.', .false., explain_output), &
+      entry_t('restart', 'When a run saves itself to go on later, and from what it goes on.', &
+              .false., explain_restart)]
 
   end function reference
 

@@ -9,6 +9,7 @@ module swage_result_files
   use swage_mechanics, only: mechanics_t
   use swage_mesh, only: mesh_t
   use swage_output_path, only: check_writable
+  use swage_snapshot, only: snapshot_t
   use swage_spelling, only: did_you_mean, listed
   use swage_status, only: status_t
   use swage_status_file, only: status_file_t
@@ -42,6 +43,10 @@ module swage_result_files
   contains
     !> Create all files, replacing those that exist.
     procedure, public :: open => result_files_open
+    !> Go on in files as they were when a snapshot was taken.
+    procedure, public :: resume => result_files_resume
+    !> Put into a snapshot where the files end.
+    procedure, public :: save => result_files_save
     !> Add a row to the history.
     procedure, public :: add_row => result_files_add_row
     !> Add a line to the status file.
@@ -87,15 +92,7 @@ contains
     !> `STATUS_ERROR` with `EXIT_FILE`, the same on all ranks, when a file cannot be created.
     type(status_t), intent(inout) :: status
 
-    character(len=64), allocatable :: dimensions(:)
-    integer :: i
-
-    call self%close()
-    self%comm = comm
-    self%fields = case%output%fields
-    self%time_written = -huge(1.0_wp)
-    call mechanics%history_columns(self%columns, dimensions)
-
+    call prepare(self, case, comm)
     ! One refusal must not cost the files that could be opened before it
     call check_writable(case%output%prefix, comm, status)
     if (status%failed()) return
@@ -105,12 +102,7 @@ contains
       if (status%failed()) return
       call self%history%open(prefix//'.csv', comm, units, status)
       if (status%failed()) return
-      do i = 1, size(FIRST_COLUMNS)
-        call self%history%add_column(FIRST_COLUMNS(i), FIRST_DIMENSIONS(i), status)
-      end do
-      do i = 1, size(self%columns)
-        call self%history%add_column(self%columns(i), dimensions(i), status)
-      end do
+      call declare_columns(self, mechanics, status)
       if (status%failed()) return
       call self%results%open(prefix//'.vtkhdf', comm, units, status, &
                              single=.not. case%output%double_precision)
@@ -121,6 +113,82 @@ contains
     end associate
 
   end subroutine result_files_open
+
+  !> Nothing is changed before all files have been compared with the snapshot.
+  subroutine result_files_resume(self, case, comm, mechanics, snapshot, status)
+    class(result_files_t), intent(inout) :: self
+    type(case_t), intent(in) :: case
+    type(comm_t), intent(in) :: comm
+    type(mechanics_t), intent(in) :: mechanics
+    type(snapshot_t), intent(in) :: snapshot
+    !> `STATUS_ERROR` with `EXIT_FILE`, the same on all ranks, when a file is not there, is that of
+    !> another run or cannot be written.
+    type(status_t), intent(inout) :: status
+
+    call prepare(self, case, comm)
+    call check_writable(case%output%prefix, comm, status)
+    if (status%failed()) return
+    self%is_open = .true.
+    associate (prefix => case%output%prefix, units => case%job%units)
+      call snapshot%get('results: written until', self%time_written, status)
+      call self%attempts%check(prefix//'.sta', comm, snapshot, status)
+      if (status%failed()) return
+      call self%history%open(prefix//'.csv', comm, units, status, snapshot)
+      if (status%failed()) return
+      call declare_columns(self, mechanics, status)
+      if (status%failed()) return
+      call self%results%resume(prefix//'.vtkhdf', comm, units, snapshot, status, &
+                               single=.not. case%output%double_precision)
+      if (status%failed()) return
+    end associate
+    call self%history%resume(snapshot, status)
+    if (.not. status%failed()) call self%attempts%resume(snapshot, status)
+    if (.not. status%failed()) call self%results%rewind(status)
+
+  end subroutine result_files_resume
+
+  !> What is the same for new files and old ones.
+  subroutine prepare(self, case, comm)
+    class(result_files_t), intent(inout) :: self
+    type(case_t), intent(in) :: case
+    type(comm_t), intent(in) :: comm
+
+    call self%close()
+    self%comm = comm
+    self%fields = case%output%fields
+    self%time_written = -huge(1.0_wp)
+
+  end subroutine prepare
+
+  !> Columns of the history: those that every run has, and those of the problem.
+  subroutine declare_columns(self, mechanics, status)
+    class(result_files_t), intent(inout) :: self
+    type(mechanics_t), intent(in) :: mechanics
+    type(status_t), intent(inout) :: status
+
+    character(len=64), allocatable :: dimensions(:)
+    integer :: i
+
+    call mechanics%history_columns(self%columns, dimensions)
+    do i = 1, size(FIRST_COLUMNS)
+      call self%history%add_column(FIRST_COLUMNS(i), FIRST_DIMENSIONS(i), status)
+    end do
+    do i = 1, size(self%columns)
+      call self%history%add_column(self%columns(i), dimensions(i), status)
+    end do
+
+  end subroutine declare_columns
+
+  subroutine result_files_save(self, snapshot)
+    class(result_files_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    call snapshot%put('results: written until', self%time_written)
+    call self%attempts%save(snapshot)
+    call self%history%save(snapshot)
+    call self%results%save(snapshot)
+
+  end subroutine result_files_save
 
   subroutine result_files_add_row(self, mechanics, time, dt, n_iteration, status)
     class(result_files_t), intent(inout) :: self

@@ -1,6 +1,7 @@
 !> A run from its input file to its results, one increment at a time.
 module swage_simulation
   use swage_case, only: case_from_deck, case_t
+  use swage_checkpoint, only: checkpoint_t, GO_ON, SAVE_AND_GO_ON, SAVE_AND_STOP
   use swage_comm, only: comm_t
   use swage_deck, only: deck_from_text, deck_load, deck_t
   use swage_field_list, only: field_list_t
@@ -14,11 +15,15 @@ module swage_simulation
   use swage_newton, only: newton_report_t, newton_solve
   use swage_output_path, only: check_writable
   use swage_phase_times, only: PHASE_OUTPUT
+  use swage_restart_file, only: previous_restart_path, restart_file_find, restart_file_read, &
+                                restart_file_write, restart_path
   use swage_result_files, only: check_field_names, result_files_t
   use swage_run_report, only: details, headline, increment_line, steps_text, tally_t, time_text, &
                               totals, unit_of_time
+  use swage_snapshot, only: snapshot_t
   use swage_spelling, only: did_you_mean, listed
-  use swage_status, only: status_t, EXIT_CONVERGENCE, EXIT_MESH, STATUS_ERROR, STATUS_RETRY
+  use swage_status, only: status_t, EXIT_CONVERGENCE, EXIT_MESH, EXIT_STOPPED, STATUS_ERROR, &
+                          STATUS_RETRY
   use swage_step_control, only: step_control_create, step_control_t
   use swage_text, only: text
   implicit none(type, external)
@@ -51,6 +56,14 @@ module swage_simulation
     type(result_files_t), private :: files
     type(step_control_t), private :: control
     type(tally_t), private :: tally
+    type(checkpoint_t), private :: checkpoint
+    !> What the run starts from, until the files are open; and the name of that file.
+    type(snapshot_t), private, allocatable :: snapshot
+    character(len=:), private, allocatable :: origin
+    !> A warning about it.
+    character(len=:), private, allocatable :: remark
+    !> The run goes on in the results of the one it starts from.
+    logical, private :: continues = .false.
     !> The run writes files and has not been finished.
     logical, private :: is_running = .false.
   contains
@@ -66,6 +79,8 @@ module swage_simulation
     procedure, public :: run => simulation_run
     !> Write the fields of the present state.
     procedure, public :: write => simulation_write
+    !> Write a restart file of the present state.
+    procedure, public :: save => simulation_save
     !> Write the last state and the totals, and close everything. Harmless when called twice.
     procedure, public :: finish => simulation_finish
     !> Copy of a field of this rank.
@@ -81,10 +96,13 @@ module swage_simulation
     !> True when all steps are done.
     procedure, public :: is_done => simulation_is_done
     procedure, private :: prepare => simulation_prepare
+    procedure, private :: restore => simulation_restore
     procedure, private :: open_files => simulation_open_files
+    procedure, private :: begin_results => simulation_begin_results
     procedure, private :: advance_before => simulation_advance_before
     procedure, private :: attempt => simulation_attempt
     procedure, private :: accept => simulation_accept
+    procedure, private :: save_or_stop => simulation_save_or_stop
     procedure, private :: give_up => simulation_give_up
     procedure, private :: write_report => simulation_write_report
   end type simulation_t
@@ -92,7 +110,7 @@ module swage_simulation
 contains
 
   !> Faulty input is found before any file is opened: results of an earlier run survive it.
-  subroutine simulation_start(self, path, comm, status, content, prefix, echo)
+  subroutine simulation_start(self, path, comm, status, content, prefix, echo, restart)
     class(simulation_t), intent(inout) :: self
     !> Of the input file; paths in it start in its folder.
     character(len=*), intent(in) :: path
@@ -105,18 +123,17 @@ contains
     character(len=*), intent(in), optional :: prefix
     !> Whether rank 0 prints the log and the progress; false when absent.
     logical, intent(in), optional :: echo
+    !> Whether to go on from the last restart file of the same prefix, in the same results; false
+    !> when absent.
+    logical, intent(in), optional :: restart
 
     character(len=:), allocatable :: problem
     logical :: prints
 
     call self%finish(status)
     if (status%failed()) return
-    call self%prepare(path, comm, status, content)
+    call self%prepare(path, comm, status, content, prefix, restart)
     if (status%failed()) return
-    if (present(prefix)) then
-      self%case%output%prefix = prefix
-      self%case%output%title = ''
-    end if
 
     prints = .false.
     if (present(echo)) prints = echo
@@ -129,16 +146,32 @@ contains
     call self%log%write(problem)
     call self%log%write(steps_text(self%case))
     call self%log%write('results '//self%case%output%prefix//'.{vtkhdf,csv,sta,log}')
-    call self%write_report()
-    call self%files%add_row(self%mechanics, 0.0_wp, 0.0_wp, 0, status)
+    call self%begin_results(status)
     if (status%failed()) return
-    call self%write(status)
-    if (status%failed()) return
-    call self%log%start_progress(0.0_wp, self%get_end(), unit_of_time(self%case))
+    call self%log%start_progress(self%get_time(), self%get_end(), unit_of_time(self%case))
+    call self%checkpoint%start(self%case%restart, self%case%output%prefix//'.stop', comm)
 
   end subroutine simulation_start
 
-  subroutine simulation_check(self, path, comm, summary, status, content)
+  !> The first row and the first fields, unless an earlier run has written them.
+  subroutine simulation_begin_results(self, status)
+    class(simulation_t), intent(inout) :: self
+    type(status_t), intent(inout) :: status
+
+    if (self%origin /= '') then
+      if (self%remark /= '') call self%log%warn(self%remark)
+      call self%log%write('goes on from '//self%origin//', increment '// &
+                          text(self%tally%n_increment)//', time '// &
+                          time_text(self%case, self%get_time()))
+    end if
+    call self%write_report()
+    if (self%continues) return
+    call self%files%add_row(self%mechanics, self%get_time(), 0.0_wp, 0, status)
+    if (.not. status%failed()) call self%write(status)
+
+  end subroutine simulation_begin_results
+
+  subroutine simulation_check(self, path, comm, summary, status, content, restart)
     class(simulation_t), intent(inout) :: self
     character(len=*), intent(in) :: path
     type(comm_t), intent(in) :: comm
@@ -147,27 +180,35 @@ contains
     !> As of [[simulation_t:start]], without files.
     type(status_t), intent(inout) :: status
     character(len=*), intent(in), optional :: content
+    !> As of [[simulation_t:start]].
+    logical, intent(in), optional :: restart
 
     character(len=:), allocatable :: problem
 
     summary = ''
     call self%finish(status)
     if (status%failed()) return
-    call self%prepare(path, comm, status, content)
+    call self%prepare(path, comm, status, content, restart=restart)
     if (status%failed()) return
     call self%mechanics%summary(problem)
     summary = problem//new_line('a')//steps_text(self%case)
+    if (self%origin /= '') then
+      summary = summary//new_line('a')//'from '//self%origin//', time '// &
+        time_text(self%case, self%get_time())
+    end if
     call self%finish(status)
 
   end subroutine simulation_check
 
   !> Everything up to the first file that is written.
-  subroutine simulation_prepare(self, path, comm, status, content)
+  subroutine simulation_prepare(self, path, comm, status, content, prefix, restart)
     class(simulation_t), intent(inout) :: self
     character(len=*), intent(in) :: path
     type(comm_t), intent(in) :: comm
     type(status_t), intent(inout) :: status
     character(len=*), intent(in), optional :: content
+    character(len=*), intent(in), optional :: prefix
+    logical, intent(in), optional :: restart
 
     type(mechanics_settings_t) :: settings
     type(mesh_t) :: mesh
@@ -188,6 +229,10 @@ contains
     if (.not. status%failed()) call check_mesh_file(self%case, comm%rank == 0, status)
     call comm%agree(status)
     if (status%failed()) return
+    if (present(prefix)) then
+      self%case%output%prefix = prefix
+      self%case%output%title = ''
+    end if
 
     associate (job => self%case%job, solver => self%case%solver)
       call mesh_load(self%case%mesh%path, merge(3, 2, job%kind == THREE_DIMENSIONAL), &
@@ -212,8 +257,80 @@ contains
     call check_field_names(self%mechanics, self%case%output%fields, self%case%output%group, status)
     call comm%agree(status)
     self%control = step_control_create(self%case%steps)
+    if (.not. status%failed()) call self%restore(status, restart)
 
   end subroutine simulation_prepare
+
+  !> Collective. Take the state of an earlier run, if one is asked for.
+  subroutine simulation_restore(self, status, restart)
+    class(simulation_t), intent(inout) :: self
+    type(status_t), intent(inout) :: status
+    logical, intent(in), optional :: restart
+
+    character(len=:), allocatable :: title
+    type(status_t) :: outcome
+
+    self%origin = self%case%restart%from
+    self%remark = ''
+    title = self%case%restart%title
+    associate (prefix => self%case%output%prefix)
+      self%continues = self%origin == restart_path(prefix) .or. &
+        self%origin == previous_restart_path(prefix)
+      if (present(restart)) then
+        if (restart) then
+          self%continues = .true.
+          title = ''
+          call restart_file_find(prefix, self%comm, self%origin, self%remark, status)
+          if (status%failed()) return
+        end if
+      end if
+    end associate
+    if (self%origin == '') return
+
+    allocate (self%snapshot)
+    call self%mechanics%start_snapshot(self%snapshot)
+    call restart_file_read(self%origin, self%comm, self%snapshot, outcome)
+    if (outcome%failed()) then
+      call status%raise(STATUS_ERROR, 'simulation_restore', title//trim(outcome%message), &
+                        outcome%exit_code)
+      return
+    end if
+    call self%control%load(self%snapshot, outcome)
+    call load_tally(self%tally, self%snapshot, outcome)
+    call self%comm%agree(outcome)
+    if (.not. outcome%failed()) call self%mechanics%load(self%snapshot, outcome)
+    if (outcome%failed()) then
+      call status%raise(STATUS_ERROR, 'simulation_restore', title//self%origin//': '// &
+                        trim(outcome%message), outcome%exit_code)
+    end if
+
+  end subroutine simulation_restore
+
+  !> Counts of the run.
+  subroutine save_tally(tally, snapshot)
+    type(tally_t), intent(in) :: tally
+    type(snapshot_t), intent(inout) :: snapshot
+
+    call snapshot%put('tally', [tally%n_increment, tally%n_iteration, tally%n_cut, &
+                                tally%n_failed_iteration])
+
+  end subroutine save_tally
+
+  subroutine load_tally(tally, snapshot, status)
+    type(tally_t), intent(inout) :: tally
+    type(snapshot_t), intent(in) :: snapshot
+    type(status_t), intent(inout) :: status
+
+    integer :: counts(4)
+
+    counts = 0
+    call snapshot%get('tally', counts, status)
+    tally%n_increment = counts(1)
+    tally%n_iteration = counts(2)
+    tally%n_cut = counts(3)
+    tally%n_failed_iteration = counts(4)
+
+  end subroutine load_tally
 
   !> Refuse a mesh that is not there, naming the key that asks for it.
   subroutine check_mesh_file(case, looks, status)
@@ -256,10 +373,16 @@ contains
       return
     end if
     self%is_running = .true.
-    call self%log%open(self%case%output%prefix//'.log', self%comm%rank, prints, status)
+    call self%log%open(self%case%output%prefix//'.log', self%comm%rank, prints, status, &
+                       append=self%continues)
     call self%comm%agree(status)
     if (status%failed()) return
-    call self%files%open(self%case, self%comm, self%mechanics, status)
+    if (self%continues) then
+      call self%files%resume(self%case, self%comm, self%mechanics, self%snapshot, status)
+    else
+      call self%files%open(self%case, self%comm, self%mechanics, status)
+    end if
+    if (allocated(self%snapshot)) deallocate (self%snapshot)
 
   end subroutine simulation_open_files
 
@@ -307,11 +430,13 @@ contains
 
     type(newton_report_t) :: report
     type(status_t) :: outcome
+    type(step_control_t) :: before
     integer :: attempt
     logical :: is_possible
     real(wp) :: event, start, target_time
 
     if (self%is_done()) return
+    before = self%control
     start = self%get_time()
     event = min(time, self%mechanics%next_event(self%control%get_event_horizon()))
     attempt = 0
@@ -332,6 +457,7 @@ contains
       is_possible = outcome%severity == STATUS_RETRY
       if (is_possible) call self%control%cut(is_possible)
       if (.not. is_possible) then
+        self%control = before
         call self%give_up(target_time - start, outcome, status)
         return
       end if
@@ -341,6 +467,7 @@ contains
     end do
 
     call self%accept(target_time, attempt, report, status)
+    if (.not. status%failed()) call self%save_or_stop(status)
 
   end subroutine simulation_advance_before
 
@@ -410,27 +537,90 @@ contains
     type(status_t), intent(in) :: outcome
     type(status_t), intent(inout) :: status
 
-    character(len=:), allocatable :: place
-    type(status_t) :: written
+    character(len=:), allocatable :: place, remedy
+    type(status_t) :: saved, written
     integer :: step
 
     step = self%control%get_step()
     place = trim(self%case%step_titles(step))//': increment '// &
       text(self%tally%n_increment + 1)//' after time '//time_text(self%case, self%get_time())
+    ! The restart file first: who goes on from it drops the fields of this time
+    call self%save(saved)
     call self%write(written)
+    remedy = ''
+    if (.not. written%failed()) then
+      remedy = '; the last converged state is in '//self%case%output%prefix//'.vtkhdf'
+    end if
+    if (.not. saved%failed()) then
+      remedy = remedy//'; swage '//self%deck%path//' --restart goes on from it'
+    end if
     if (outcome%severity == STATUS_RETRY) then
       call status%raise(STATUS_ERROR, 'simulation_advance', place//' failed down to dt '// &
                         time_text(self%case, dt)//' (maximum_cuts = '// &
                         text(self%case%steps(step)%maximum_cuts)//'): '// &
-                        trim(outcome%message)//'. Give more increments or cuts; the last '// &
-                        'converged state is in '//self%case%output%prefix//'.vtkhdf', &
+                        trim(outcome%message)//'. Give more increments or cuts'//remedy, &
                         EXIT_CONVERGENCE)
     else
-      call status%raise(STATUS_ERROR, 'simulation_advance', place//': '//trim(outcome%message), &
-                        outcome%exit_code)
+      call status%raise(STATUS_ERROR, 'simulation_advance', place//': '// &
+                        trim(outcome%message)//remedy, outcome%exit_code)
     end if
 
   end subroutine simulation_give_up
+
+  !> Write a restart file when one is due, and stop when that is wanted.
+  subroutine simulation_save_or_stop(self, status)
+    class(simulation_t), intent(inout) :: self
+    !> `STATUS_ERROR` with `EXIT_STOPPED` when the run is to stop, with `EXIT_FILE` when it cannot
+    !> because the file cannot be written. A file that was only due is then a warning.
+    type(status_t), intent(inout) :: status
+
+    type(status_t) :: saved
+    integer :: action
+
+    call self%checkpoint%next(self%tally%n_increment, self%is_done(), action)
+    if (action == GO_ON) return
+    call self%save(saved)
+    call self%checkpoint%done(action)
+    if (action == SAVE_AND_GO_ON) then
+      if (saved%failed()) call self%log%warn(trim(saved%message))
+      return
+    end if
+    if (saved%failed()) then
+      status = saved
+      return
+    end if
+    call status%raise(STATUS_ERROR, 'simulation_advance', 'stopped by '// &
+                      self%checkpoint%reason//' after increment '// &
+                      text(self%tally%n_increment)//', time '// &
+                      time_text(self%case, self%get_time())//': swage '//self%deck%path// &
+                      ' --restart goes on from '//restart_path(self%case%output%prefix), &
+                      EXIT_STOPPED)
+
+  end subroutine simulation_save_or_stop
+
+  subroutine simulation_save(self, status)
+    class(simulation_t), intent(inout) :: self
+    !> `STATUS_ERROR` with `EXIT_FILE` when it cannot be written; earlier ones are kept.
+    type(status_t), intent(inout) :: status
+
+    type(snapshot_t) :: snapshot
+    character(len=:), allocatable :: place
+
+    call self%tally%times%begin(PHASE_OUTPUT)
+    call self%mechanics%start_snapshot(snapshot)
+    call self%mechanics%save(snapshot)
+    call self%control%save(snapshot)
+    call save_tally(self%tally, snapshot)
+    call self%files%save(snapshot)
+    place = 'increment '//text(self%tally%n_increment)//', time '// &
+      time_text(self%case, self%get_time())
+    call restart_file_write(self%case%output%prefix, self%comm, snapshot, place, status)
+    call self%tally%times%end(PHASE_OUTPUT)
+    if (.not. status%failed()) then
+      call self%log%note('restart file '//restart_path(self%case%output%prefix)//': '//place)
+    end if
+
+  end subroutine simulation_save
 
   subroutine simulation_write(self, status)
     class(simulation_t), intent(inout) :: self
@@ -452,13 +642,18 @@ contains
     if (self%is_running) then
       if (.not. status%failed()) call self%write(status)
       call self%log%end_progress()
-      if (status%failed()) call self%log%note('error: '//trim(status%message))
+      if (status%failed() .and. status%exit_code == EXIT_STOPPED) then
+        call self%log%note(trim(status%message))
+      else if (status%failed()) then
+        call self%log%note('error: '//trim(status%message))
+      end if
       call self%log%write(totals(self%tally, self%case, self%get_time(), self%comm, &
                                  self%mechanics, self%log))
     end if
     call self%files%close()
     call self%log%close()
     call self%mechanics%finish()
+    if (allocated(self%snapshot)) deallocate (self%snapshot)
     self%is_running = .false.
 
   end subroutine simulation_finish

@@ -4,6 +4,9 @@
 !> never accumulated: grid points, events and the end are met to the last bit, cuts or not.
 module swage_step_control
   use swage_kinds, only: gp, wp
+  use swage_snapshot, only: snapshot_t
+  use swage_status, only: status_t, STATUS_ERROR
+  use swage_text, only: text
   implicit none(type, external)
   private
 
@@ -76,9 +79,13 @@ module swage_step_control
     procedure, public :: is_at_step_end => step_control_is_at_step_end
     !> True when all steps are done.
     procedure, public :: is_done => step_control_is_done
+    !> Put the place of the run into a snapshot, and take it back.
+    procedure, public :: save => step_control_save
+    procedure, public :: load => step_control_load
     procedure, private :: nominal => step_control_nominal
     procedure, private :: grid_time => step_control_grid_time
     procedure, private :: start_segment => step_control_start_segment
+    procedure, private :: take_new_grid => step_control_take_new_grid
   end type step_control_t
 
 contains
@@ -308,5 +315,91 @@ contains
     self%position = 0_gp
 
   end subroutine step_control_start_segment
+
+  subroutine step_control_save(self, snapshot)
+    class(step_control_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    call snapshot%put('steps: ends', self%ends(1:self%step))
+    call snapshot%put('steps: counts', [self%step, self%steps(self%step)%n_increment, &
+                                        self%n_done, self%n_grid_done, self%level])
+    call snapshot%put('steps: times', [self%time, self%segment_start, self%segment_end])
+    call snapshot%put('steps: position', self%position)
+    call snapshot%put('steps: ends on grid', self%ends_on_grid)
+
+  end subroutine step_control_save
+
+  !> Steps that are done must be those of the input. The step in hand may have got other
+  !> increments: it goes on to the next point of the new grid. Steps may have been added.
+  subroutine step_control_load(self, snapshot, status)
+    class(step_control_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    !> `STATUS_ERROR` when the steps do not lead to where the run was.
+    type(status_t), intent(inout) :: status
+
+    real(wp), allocatable :: ends(:)
+    real(wp) :: times(3)
+    integer :: counts(5), i
+
+    allocate (ends(snapshot%count('steps: ends')))
+    call snapshot%get('steps: ends', ends, status)
+    call snapshot%get('steps: counts', counts, status)
+    call snapshot%get('steps: times', times, status)
+    call snapshot%get('steps: position', self%position, status)
+    call snapshot%get('steps: ends on grid', self%ends_on_grid, status)
+    if (status%failed()) return
+
+    self%step = counts(1)
+    if (self%step > size(self%steps)) then
+      call status%raise(STATUS_ERROR, 'step_control_load', 'the run was in step '// &
+                        text(self%step)//', but the input has only '//text(size(self%steps))// &
+                        ' &step')
+      return
+    end if
+    do i = 1, self%step - 1
+      if (abs(ends(i) - self%ends(i)) <= 0.0_wp) cycle
+      call status%raise(STATUS_ERROR, 'step_control_load', 'step '//text(i)//' ended at time '// &
+                        text(ends(i))//', in the input it ends at '//text(self%ends(i))// &
+                        '; steps that are done cannot change')
+      return
+    end do
+
+    self%time = times(1)
+    self%segment_start = times(2)
+    self%segment_end = times(3)
+    self%n_done = counts(3)
+    self%n_grid_done = counts(4)
+    self%level = counts(5)
+    if (abs(ends(self%step) - self%ends(self%step)) > 0.0_wp .or. &
+        counts(2) /= self%steps(self%step)%n_increment) then
+      call self%take_new_grid(status)
+    else if (self%n_done == counts(2) .and. self%step < size(self%steps)) then
+      ! The run was at its end, and steps have been added
+      self%step = self%step + 1
+      self%n_done = 0
+      self%level = 0
+    end if
+
+  end subroutine step_control_load
+
+  !> Find the present time on the grid of the step in hand.
+  subroutine step_control_take_new_grid(self, status)
+    class(step_control_t), intent(inout) :: self
+    type(status_t), intent(inout) :: status
+
+    associate (start => self%ends(self%step - 1), step => self%steps(self%step))
+      if (self%time > self%ends(self%step) - SAME_TIME * self%nominal()) then
+        call status%raise(STATUS_ERROR, 'step_control_load', 'the run has reached time '// &
+                          text(self%time)//', step '//text(self%step)//' of the input ends at '// &
+                          text(self%ends(self%step)))
+        return
+      end if
+      self%n_done = int((self%time - start) / self%nominal() + SAME_TIME)
+      self%n_grid_done = sum(self%steps(:self%step - 1)%n_increment) + self%n_done
+    end associate
+    self%level = 0
+    call self%start_segment(self%grid_time(self%n_done + 1), .true.)
+
+  end subroutine step_control_take_new_grid
 
 end module swage_step_control
