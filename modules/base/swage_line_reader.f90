@@ -39,6 +39,8 @@ module swage_line_reader
     procedure, public :: advance => reader_advance
     !> The part of the current line that has not been taken, without the blanks around it.
     procedure, public :: line => reader_line
+    !> Read the next word of the line; empty at its end.
+    procedure, public :: take_word => reader_take_word
     !> Read the next word of the line, which must be an integer.
     procedure, public :: take_integer => reader_take_integer
     !> Read the next word of the line, which must be a number.
@@ -193,6 +195,18 @@ contains
     last = last - 1
 
   end subroutine find_word
+
+  subroutine reader_take_word(self, word)
+    class(line_reader_t), intent(inout) :: self
+    character(len=:), allocatable, intent(out) :: word
+
+    integer :: first, last
+
+    call self%find_word(first, last)
+    word = self%buffer(first:last)
+    self%position = last + 1
+
+  end subroutine reader_take_word
 
   subroutine reader_take_integer(self, value, status)
     class(line_reader_t), intent(inout) :: self

@@ -1,4 +1,4 @@
-!> Analytic surfaces of rigid tools, in the frame of the tool.
+!> Surfaces of rigid tools, in the frame of the tool.
 module swage_rigid_shape
   use swage_comm, only: comm_t
   use swage_kinds, only: wp
@@ -32,6 +32,8 @@ module swage_rigid_shape
   type, abstract :: rigid_shape_t
     !> What the key `shape` calls it.
     character(len=:), allocatable :: name
+    !> What the log tells about it; not allocated when there is nothing to tell.
+    character(len=:), allocatable :: note
     !> A point of the tool's frame that moments may refer to [length].
     real(wp) :: anchor(3) = 0.0_wp
   contains

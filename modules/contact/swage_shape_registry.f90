@@ -2,6 +2,7 @@
 module swage_shape_registry
   use swage_cone, only: cone_from_group
   use swage_cylinder, only: cylinder_from_group
+  use swage_faceted, only: faceted_from_group
   use swage_group, only: group_t
   use swage_plane, only: plane_from_group
   use swage_profile, only: profile_from_group
@@ -42,7 +43,8 @@ contains
       entry_t('cylinder', cylinder_from_group), &
       entry_t('sphere', sphere_from_group), &
       entry_t('cone', cone_from_group), &
-      entry_t('profile', profile_from_group)]
+      entry_t('profile', profile_from_group), &
+      entry_t('faceted', faceted_from_group)]
 
   end function registry
 

@@ -21,7 +21,7 @@ module swage_comm
     !> Collective. Give every rank the same, worst status.
     procedure :: agree => comm_agree
     !> Collective. Rank 0's value for everyone.
-    generic :: broadcast => broadcast_integer, broadcast_integers, broadcast_text
+    generic :: broadcast => broadcast_integer, broadcast_integers, broadcast_reals, broadcast_text
     !> Collective. Where this rank's items lie in the list of all ranks' items.
     procedure :: locate => comm_locate
     !> Collective. Sum over the ranks, in place; the result is the same on all of them.
@@ -38,6 +38,7 @@ module swage_comm
     procedure :: abort => comm_abort
     procedure, private :: broadcast_integer
     procedure, private :: broadcast_integers
+    procedure, private :: broadcast_reals
     procedure, private :: broadcast_text
     procedure, private :: sum_real
     procedure, private :: sum_reals
@@ -104,6 +105,15 @@ contains
     call MPI_Bcast(values, size(values), MPI_INTEGER, 0, self%handle)
 
   end subroutine broadcast_integers
+
+  !> Every rank passes an array of the same size.
+  subroutine broadcast_reals(self, values)
+    class(comm_t), intent(in) :: self
+    real(wp), contiguous, intent(inout) :: values(:)
+
+    call MPI_Bcast(values, size(values), MPI_DOUBLE_PRECISION, 0, self%handle)
+
+  end subroutine broadcast_reals
 
   !> The length is that of rank 0; the others need not have allocated theirs.
   subroutine broadcast_text(self, value)

@@ -441,6 +441,10 @@ contains
         self%materials(self%bodies(i)%material)%name//', law '// &
         trim(self%materials(self%bodies(i)%material)%law%label)
     end do
+    do i = 1, size(self%tools)
+      if (.not. allocated(self%tools(i)%shape%note)) cycle
+      text = text//new_line('a')//'tool '//self%tools(i)%name//': '//self%tools(i)%shape%note
+    end do
     do i = 1, size(self%contacts)
       text = text//new_line('a')//'contact '//self%contacts(i)%name//': tool '// &
         self%tools(self%contacts(i)%tool)%name//', friction '//self%contacts(i)%friction%name
