@@ -32,7 +32,8 @@ module swage_simulation
   public :: simulation_t
 
   !> Attempts at an increment that start from the rate of the last one. When they have failed, that
-  !> rate may be the reason.
+  !> rate may be the reason, and every other attempt starts from rest; not all, for a body that is
+  !> held by friction alone is as far from rest as before however short the increment.
   integer, parameter :: EXTRAPOLATED_ATTEMPTS = 2
 
   !> An increment was easy when it took at most this share of the iterations that are allowed.
@@ -485,7 +486,8 @@ contains
 
     logical :: extrapolate
 
-    extrapolate = self%tally%n_increment > 0 .and. attempt <= EXTRAPOLATED_ATTEMPTS
+    extrapolate = attempt <= EXTRAPOLATED_ATTEMPTS .or. mod(attempt, 2) == 0
+    extrapolate = extrapolate .and. self%tally%n_increment > 0
     if (extrapolate) extrapolate = .not. self%mechanics%changes_course(time_old)
     call self%mechanics%begin_step(time_old, time_new, extrapolate, status)
     call self%comm%agree(status)

@@ -1,0 +1,23 @@
+// Upper half of a plate, 60 mm long and 20 mm thick; its middle plane is y = 0.
+// The corner touches the roll of radius 100 mm, 7 mm above the middle, at x = -sqrt(100^2 - 97^2).
+length = 60;
+n = 10;
+front = -Sqrt(100^2 - 97^2);
+Point(1) = {front - length, 0, 0};
+Point(2) = {front, 0, 0};
+Point(3) = {front, 10, 0};
+Point(4) = {front - length, 10, 0};
+Line(1) = {1, 2};
+Line(2) = {2, 3};
+Line(3) = {3, 4};
+Line(4) = {4, 1};
+Transfinite Curve {1, 3} = 6 * n + 1;
+Transfinite Curve {2, 4} = n + 1;
+Curve Loop(1) = {1, 2, 3, 4};
+Plane Surface(1) = {1};
+Transfinite Surface {1} Alternate;
+Physical Surface("plate") = {1};
+Physical Curve("middle") = {1};
+Physical Curve("front") = {2};
+Physical Curve("top") = {3};
+Physical Curve("rear") = {4};
