@@ -213,6 +213,8 @@ module swage_mechanics
     procedure :: reject_step => mechanics_reject_step
     !> Kinematics of a batch of cells, from the unknowns at hand.
     procedure :: gather => mechanics_gather
+    !> Where the nodes are at the start of the step [length]; shape (n_dim, n_node).
+    procedure :: positions => mechanics_positions
     !> Next kink of a motion or load.
     procedure :: next_event => mechanics_next_event
     !> True when the rate of the last step tells nothing about the next.
@@ -428,12 +430,22 @@ contains
         call contact%gather_areas(tool, self%settings%kind == AXISYMMETRIC, &
                                   self%mesh%facet_node, self%mesh%coordinates, area)
         call self%mesh%halo%accumulate(area)
-        call contact%begin_step(tool_old, self%mesh%coordinates, area(1, :), flow_stress(1, :))
+        call contact%begin_step(tool_old, self%positions(), area(1, :), flow_stress(1, :))
       end associate
     end do
     call self%times%end(PHASE_CONTACT)
 
   end subroutine mechanics_begin_step
+
+  !> With a fixed geometry coordinates stand still, but tools meet the displaced nodes.
+  pure function mechanics_positions(self) result(x)
+    class(mechanics_t), intent(in) :: self
+    real(wp), allocatable :: x(:, :)
+
+    allocate (x, source=self%mesh%coordinates)
+    if (self%settings%fixed_geometry) x = x + self%displacement
+
+  end function mechanics_positions
 
   !> Collective. Continue the rate of the last step, halved as long as it would flatten a cell:
   !> those at the edge of a tool shrink fast and slow down by themselves.
@@ -508,7 +520,7 @@ contains
     class(mechanics_t), intent(inout) :: self
     type(status_t), intent(inout) :: status
 
-    real(wp), allocatable :: moved(:, :), rest(:, :)
+    real(wp), allocatable :: moved(:, :), rest(:, :), start(:, :)
     real(wp) :: cell_forces, largest, strained_volume
     integer :: i
 
@@ -529,11 +541,11 @@ contains
     call self%comm%min(self%recommended_step)
 
     call self%times%begin(PHASE_CONTACT)
-    allocate (moved, source=self%mesh%coordinates + self%increment)
+    allocate (start, source=self%positions())
+    allocate (moved, source=start + self%increment)
     do i = 1, size(self%contacts)
       call self%contacts(i)%evaluate(self%tools(self%contacts(i)%tool), self%time_new - self%time, &
-                                     self%slip_rate, self%mesh%coordinates, moved, &
-                                     self%residual, self%matrix)
+                                     self%slip_rate, start, moved, self%residual, self%matrix)
     end do
     call apply_loads(self, moved)
     call self%times%end(PHASE_CONTACT)

@@ -267,13 +267,14 @@ contains
     type(energy_balance_t), intent(inout) :: step
 
     type(contact_work_t) :: work
-    real(wp), allocatable :: moved(:, :)
+    real(wp), allocatable :: moved(:, :), start(:, :)
     integer :: i
 
-    allocate (moved, source=self%mesh%coordinates + self%increment)
+    allocate (start, source=self%positions())
+    allocate (moved, source=start + self%increment)
     do i = 1, size(self%contacts)
       associate (contact => self%contacts(i))
-        call contact%work(self%tools(contact%tool), self%mesh%coordinates, moved, work)
+        call contact%work(self%tools(contact%tool), start, moved, work)
       end associate
       step%contact = step%contact + work%stored
       step%friction = step%friction + work%friction
