@@ -66,15 +66,15 @@ module swage_tool_contact
   end type enforcement_t
 
   !> What a contact does during a step, by the trapezoidal rule: with the mean of the forces at its
-  !> ends. The work of the tool less that on the body is the sum of the three.
+  !> ends. The sum of the three is the work of the tool, force times motion, less that on the body.
   type :: contact_work_t
     !> Stored in penalty and bond [energy].
     real(wp) :: stored = 0.0_wp
     !> Work of friction against slip [energy].
     real(wp) :: friction = 0.0_wp
-    !> What the trapezoid counts too much for the part of the step in which nodes do not touch yet,
-    !> or no longer: half of a force times the gap [energy].
-    real(wp) :: gap = 0.0_wp
+    !> What force times motion of the tool counts too much, for it takes the force to change halfway
+    !> [energy]: nodes that do not touch yet, or no longer, and nodes that pass an edge of the tool.
+    real(wp) :: excess = 0.0_wp
   end type contact_work_t
 
   !> One pair of surface and tool. Node lists hold this rank's own nodes.
@@ -108,9 +108,9 @@ module swage_tool_contact
     real(wp), allocatable :: multiplier_old(:), multiplier(:)
     !> Friction on the body at the start of the step and at the last evaluation [stress]; (3, :).
     real(wp), allocatable :: traction_old(:, :), traction(:, :)
-    !> At the start of the step: penetration [length], pressure and friction times area [force];
-    !> the latter of shape (3, n_contact).
-    real(wp), allocatable :: penetration_old(:), load_old(:), shear_old(:, :)
+    !> At the start of the step: penetration [length] and normal out of the tool; pressure and
+    !> friction times area [force]; vectors of shape (3, n_contact).
+    real(wp), allocatable :: penetration_old(:), normal_old(:, :), load_old(:), shear_old(:, :)
     !> Traction that bonds start from, before the tool turns, and how much the last evaluation
     !> changed it [stress]; shapes (3, :), (:).
     real(wp), allocatable :: bond(:, :), bond_change(:)
@@ -201,8 +201,8 @@ contains
               contact%bond_change(n), contact%penetration_old(n), contact%load_old(n), &
               source=0.0_wp)
     allocate (contact%traction_old(3, n), contact%traction(3, n), contact%shear_old(3, n), &
-              contact%bond(3, n), contact%node_force(3, n), contact%node_stiffness(3, 3, n), &
-              source=0.0_wp)
+              contact%normal_old(3, n), contact%bond(3, n), contact%node_force(3, n), &
+              contact%node_stiffness(3, 3, n), source=0.0_wp)
     allocate (contact%active(n), contact%bonded(n), contact%was_active(n), contact%held(n), &
               source=.false.)
     allocate (contact%n_change(n), source=0)
@@ -278,6 +278,7 @@ contains
       point(:size(x, 1)) = x(:, self%node(i))
       call tool_old%project(point, penetration, normal, hessian)
       self%penetration_old(i) = penetration
+      self%normal_old(:, i) = normal
       if (self%separation) cycle
       self%bonded(i) = self%bonded(i) .or. penetration > -TOUCHING * self%size(i)
     end do
@@ -351,34 +352,44 @@ contains
     !> Of this rank's nodes.
     type(contact_work_t), intent(out) :: work
 
-    real(wp) :: bond(3), gap, gap_old, load, point(3), shear(3), shear_old(3), slip(3), springing
+    real(wp) :: bond(3), depth, hessian(3, 3), load, load_new, normal(3), normal_force(3), &
+      penetration, point(3), shear(3), slip(3), springing, stored, turn(3, 3)
     integer :: i, n
 
     n = size(x_new, 1)
+    turn = tool%rotation_increment
     do i = 1, size(self%node)
       if (.not. (self%active(i) .or. abs(self%load_old(i)) > 0.0_wp)) cycle
-      load = 0.5_wp * (self%load_old(i) + self%area(i) * self%pressure(i))
-      gap_old = 0.0_wp
-      gap = 0.0_wp
-      if (.not. abs(self%load_old(i)) > 0.0_wp) gap_old = min(self%penetration_old(i), 0.0_wp)
-      if (.not. self%active(i)) gap = min(self%penetration(i), 0.0_wp)
-      work%stored = work%stored + load * (self%penetration(i) - gap &
-                                          - (self%penetration_old(i) - gap_old))
-      work%gap = work%gap + load * (gap - gap_old)
-
       point = 0.0_wp
       point(:n) = x_old(:, self%node(i))
       slip = -tool%carry(point)
       slip(:n) = slip(:n) + x_new(:, self%node(i))
-      shear_old = matmul(tool%rotation_increment, self%shear_old(:, i))
-      shear = 0.5_wp * (shear_old + self%area(i) * self%traction(:, i))
+
+      ! The spring is as long as the penetration while there is contact, outside it has none
+      depth = self%penetration(i)
+      if (.not. self%active(i)) depth = max(depth, 0.0_wp)
+      if (abs(self%load_old(i)) > 0.0_wp) then
+        depth = depth - self%penetration_old(i)
+      else
+        depth = depth - max(self%penetration_old(i), 0.0_wp)
+      end if
+      load_new = self%area(i) * self%pressure(i)
+      load = 0.5_wp * (self%load_old(i) + load_new)
+      point(:n) = x_new(:, self%node(i))
+      call tool%project(point, penetration, normal, hessian)
+      normal_force = 0.5_wp * (self%load_old(i) * matmul(turn, self%normal_old(:, i)) &
+                               + load_new * normal)
+      stored = load * depth
+      work%excess = work%excess - dot_product(normal_force, slip) - stored
+
+      shear = 0.5_wp * (matmul(turn, self%shear_old(:, i)) + self%area(i) * self%traction(:, i))
       springing = 0.0_wp
       if (self%friction%has_history .and. self%tangential_stiffness(i) > 0.0_wp) then
-        bond = matmul(tool%rotation_increment, self%bond(:, i))
+        bond = matmul(turn, self%bond(:, i))
         springing = dot_product(shear, self%traction(:, i) - bond) &
           / (self%growth * self%tangential_stiffness(i))
       end if
-      work%stored = work%stored + springing
+      work%stored = work%stored + stored + springing
       work%friction = work%friction - dot_product(shear, slip) - springing
     end do
 

@@ -278,7 +278,7 @@ contains
       end associate
       step%contact = step%contact + work%stored
       step%friction = step%friction + work%friction
-      step%external = step%external - work%gap
+      step%external = step%external - work%excess
     end do
 
   end subroutine add_contacts
