@@ -131,7 +131,7 @@ contains
     real(wp), intent(in) :: compliance
     type(energy_balance_t), intent(inout) :: step
 
-    real(wp) :: bubble_force(self%mesh%dimension), excess(2), plastic(6), pressure, &
+    real(wp) :: bubble_force(self%mesh%dimension), excess(2), mean_volume, plastic(6), pressure, &
       strain(6), stress(6, 2), volume(2), volume_change
     integer :: a, v
 
@@ -143,8 +143,13 @@ contains
       stress(:, 2) = self%deviator_new(:, cell)
 
       plastic = deviator(strain) - compliance * (stress(:, 2) - stress(:, 1))
+      ! While pressure and deviator grow in proportion the latter works on a mean of the volumes
+      mean_volume = volume(2)
+      if (.not. element%fixed_geometry) then
+        mean_volume = mean_volume * exp(-element%log_volume_new(i) / 3.0_wp)
+      end if
       step%elastic = step%elastic &
-        + 0.5_wp * volume(2) * compliance * dot_product(stress(:, 2), stress(:, 2)) &
+        + 0.5_wp * mean_volume * compliance * dot_product(stress(:, 2), stress(:, 2)) &
         + compressed_energy(element%inverse_bulk_modulus, element%pressure_new(:, i), volume(2), &
                             element%log_volume_new(i), element%fixed_geometry)
 
