@@ -6,7 +6,7 @@ module swage_faceted
                          side_tangents, triangle_point
   use swage_group, only: group_t
   use swage_kinds, only: wp
-  use swage_rigid_shape, only: rigid_shape_t, shape_context_t
+  use swage_rigid_shape, only: rigid_shape_t, shape_context_t, shape_picture_t, shape_view_t
   use swage_rotation, only: cross_product, dyadic
   use swage_status, only: status_t, STATUS_ERROR
   use swage_surface, only: surface_create, surface_t
@@ -59,6 +59,7 @@ module swage_faceted
     real(wp) :: deviation = 0.0_wp
   contains
     procedure, public :: project => faceted_project
+    procedure, public :: draw => faceted_draw
     !> Number of nodes of the tree that a projection looks at, to measure the search.
     procedure, public :: count_visits => faceted_count_visits
     !> Largest distance between the smoothed surface and its facets [length].
@@ -772,5 +773,66 @@ contains
     deviation = self%deviation
 
   end function faceted_get_deviation
+
+  !> See [[rigid_shape_t:draw]]: the facets, patches in several pieces.
+  subroutine faceted_draw(self, view, picture)
+    class(faceted_t), intent(in) :: self
+    type(shape_view_t), intent(in) :: view
+    type(shape_picture_t), intent(out) :: picture
+
+    !> Pieces of a side of a patch, fewer where there are many patches.
+    integer, parameter :: MOST_PIECES = 4, MANY = 5000
+
+    integer :: base, facet, i, j, n_cell, n_piece, n_point, row(0:MOST_PIECES + 1)
+
+    n_piece = MOST_PIECES
+    if (all(self%flat) .or. self%n_facet > MANY) n_piece = 1
+    ! Rows of a triangle: row i has i points
+    do i = 0, MOST_PIECES + 1
+      row(i) = i * (i - 1) / 2
+    end do
+    n_point = n_piece + 1
+    n_cell = n_piece
+    if (self%n_corner == 3) then
+      n_point = row(n_piece + 1) + n_piece + 1
+      n_cell = n_piece**2
+    end if
+    allocate (picture%points(3, n_point * self%n_facet), &
+              picture%cells(self%n_corner, n_cell * self%n_facet))
+    n_point = 0
+    n_cell = 0
+    do facet = 1, self%n_facet
+      base = n_point
+      do i = 0, n_piece
+        do j = 0, merge(i, 0, self%n_corner == 3)
+          n_point = n_point + 1
+          picture%points(:, n_point) = triangle_point(self%corner(:, :, facet), &
+                                                      self%bend(:, :, facet), weights(i, j))
+          if (i == n_piece) cycle
+          n_cell = n_cell + 1
+          if (self%n_corner == 2) then
+            picture%cells(:, n_cell) = [n_point, n_point + 1]
+            cycle
+          end if
+          picture%cells(:, n_cell) = [n_point, base + row(i + 2) + j + 1, base + row(i + 2) + j + 2]
+          if (j == i) cycle
+          n_cell = n_cell + 1
+          picture%cells(:, n_cell) = [n_point, base + row(i + 2) + j + 2, n_point + 1]
+        end do
+      end do
+    end do
+    call picture%crop(view)
+
+  contains
+
+    pure function weights(i, j) result(weight)
+      integer, intent(in) :: i, j
+      real(wp) :: weight(3)
+
+      weight = [real(n_piece - i, wp), real(i - j, wp), real(j, wp)] / n_piece
+
+    end function weights
+
+  end subroutine faceted_draw
 
 end module swage_faceted

@@ -3,7 +3,8 @@ module swage_profile
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_profile_curve, only: profile_curve_create, profile_curve_t
-  use swage_rigid_shape, only: rigid_shape_t, shape_context_t
+  use swage_rigid_shape, only: rigid_shape_t, shape_context_t, shape_picture_t, &
+                               shape_view_t
   use swage_rotation, only: cross_product, dyadic, IDENTITY, normalised, perpendicular
   use swage_status, only: status_t, STATUS_ERROR
   implicit none(type, external)
@@ -46,6 +47,7 @@ module swage_profile
     real(wp) :: smallest = 0.0_wp
   contains
     procedure, public :: project => profile_project
+    procedure, public :: draw => profile_draw
   end type profile_t
 
 contains
@@ -209,5 +211,90 @@ contains
     hessian = hessian + bend * dyadic(around, around)
 
   end subroutine profile_project
+
+  !> See [[rigid_shape_t:draw]].
+  subroutine profile_draw(self, view, picture)
+    class(profile_t), intent(in) :: self
+    type(shape_view_t), intent(in) :: view
+    type(shape_picture_t), intent(out) :: picture
+
+    !> Points around the axis, and pieces along it.
+    integer, parameter :: N_AROUND = 48, N_ALONG = 6
+    real(wp), parameter :: TURN = 2.0_wp * acos(-1.0_wp)
+
+    integer :: i, j, n, n_point, n_second, place
+    real(wp) :: angle, direction(3), middle, shift(3)
+    real(wp), allocatable :: outline(:, :)
+
+    call fine_outline(self, view, outline)
+    n_point = size(outline, 2)
+    n_second = 0
+    if (view%n_dim == 3) n_second = merge(N_AROUND, N_ALONG, self%revolved)
+    allocate (picture%points(3, n_point * (n_second + 1)))
+    middle = dot_product(view%centre - self%point, self%axis)
+    do j = 0, n_second
+      direction = self%first
+      shift = self%point
+      if (view%n_dim == 3 .and. self%revolved) then
+        angle = TURN * j / N_AROUND
+        direction = cos(angle) * self%first + sin(angle) * self%second
+      else if (view%n_dim == 3) then
+        shift = shift + (middle + view%extent * 1.5_wp * (2.0_wp * j / N_ALONG - 1.0_wp)) &
+          * self%axis
+      end if
+      do i = 1, n_point
+        picture%points(:, i + n_point * j) = shift + outline(1, i) * direction &
+          + outline(2, i) * merge(self%axis, self%second, self%revolved)
+      end do
+    end do
+
+    allocate (picture%cells(view%n_dim, (n_point - 1) * max(1, 2 * n_second)))
+    n = 0
+    do j = 0, max(n_second - 1, 0)
+      do i = 1, n_point - 1
+        place = i + n_point * j
+        if (view%n_dim == 2) then
+          picture%cells(:, n + 1) = [place, place + 1]
+          n = n + 1
+        else
+          picture%cells(:, n + 1) = [place + n_point + 1, place, place + 1]
+          picture%cells(:, n + 2) = [place, place + n_point + 1, place + n_point]
+          n = n + 2
+        end if
+      end do
+    end do
+    call picture%crop(view)
+
+  end subroutine profile_draw
+
+  !> The outline in pieces short enough to be cropped.
+  subroutine fine_outline(self, view, outline)
+    type(profile_t), intent(in) :: self
+    type(shape_view_t), intent(in) :: view
+    real(wp), allocatable, intent(out) :: outline(:, :)
+
+    integer :: i, j, n, n_piece
+    real(wp) :: longest
+    real(wp), allocatable :: coarse(:, :)
+
+    longest = view%extent / 6.0_wp
+    ! As far as the view may reach
+    call self%curve%get_outline(norm2(view%centre - self%anchor) + 3.0_wp * view%extent, coarse)
+    n = 1
+    do i = 2, size(coarse, 2)
+      n = n + max(1, ceiling(norm2(coarse(:, i) - coarse(:, i - 1)) / longest))
+    end do
+    allocate (outline(2, n))
+    outline(:, 1) = coarse(:, 1)
+    n = 1
+    do i = 2, size(coarse, 2)
+      n_piece = max(1, ceiling(norm2(coarse(:, i) - coarse(:, i - 1)) / longest))
+      do j = 1, n_piece
+        outline(:, n + j) = coarse(:, i - 1) + (coarse(:, i) - coarse(:, i - 1)) * j / n_piece
+      end do
+      n = n + n_piece
+    end do
+
+  end subroutine fine_outline
 
 end module swage_profile

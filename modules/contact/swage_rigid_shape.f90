@@ -2,11 +2,13 @@
 module swage_rigid_shape
   use swage_comm, only: comm_t
   use swage_kinds, only: wp
+  use swage_rotation, only: cross_product, perpendicular
   use swage_text, only: text
   implicit none(type, external)
   private
 
-  public :: rigid_shape_t, shape_context_t, DIRECTION_TOLERANCE, is_along, vector_text
+  public :: rigid_shape_t, shape_context_t, shape_picture_t, shape_view_t
+  public :: DIRECTION_TOLERANCE, is_along, vector_text
 
   !> A component of a unit vector below this is taken for zero.
   real(wp), parameter :: DIRECTION_TOLERANCE = 1.0e-10_wp
@@ -24,6 +26,27 @@ module swage_rigid_shape
     procedure :: resolve => shape_context_resolve
   end type shape_context_t
 
+  !> What a picture is to show: a cube around the bodies.
+  type :: shape_view_t
+    !> 2 or 3.
+    integer :: n_dim = 3
+    logical :: axisymmetric = .false.
+    !> Middle of the cube and half its side, in the frame of the tool [length].
+    real(wp) :: centre(3) = 0.0_wp
+    real(wp) :: extent = 0.0_wp
+  end type shape_view_t
+
+  !> A surface as lines (2D) or triangles (3D).
+  type :: shape_picture_t
+    !> Shape (3, n_point) [length].
+    real(wp), allocatable :: points(:, :)
+    !> Places in `points`; shape (n_dim, n_cell).
+    integer, allocatable :: cells(:, :)
+  contains
+    !> Drop what lies outside the view, and points that no cell uses.
+    procedure :: crop => shape_picture_crop
+  end type shape_picture_t
+
   !> The surface of a tool; immutable once created.
   !>
   !> Positions have three components in every dimension: (x, y, 0) in plane strain, (r, z, 0) in an
@@ -39,6 +62,8 @@ module swage_rigid_shape
   contains
     !> How far a point is inside the tool, and which way is out.
     procedure(project_point), deferred :: project
+    !> The surface as far as it is in view, for pictures.
+    procedure :: draw => rigid_shape_draw
   end type rigid_shape_t
 
   abstract interface
@@ -63,6 +88,103 @@ module swage_rigid_shape
   end interface
 
 contains
+
+  !> The points of a grid in a tangent plane, moved onto the surface along its normals. A shape
+  !> with edges or ends draws itself.
+  subroutine rigid_shape_draw(self, view, picture)
+    class(rigid_shape_t), intent(in) :: self
+    type(shape_view_t), intent(in) :: view
+    type(shape_picture_t), intent(out) :: picture
+
+    integer, parameter :: N_SIDE = 24
+
+    integer :: i, j, n, n_second, place, step
+    real(wp) :: first(3), hessian(3, 3), middle(3), normal(3), penetration, second(3), x(3)
+
+    ! The tangent plane at the point nearest to the bodies' middle
+    call self%project(view%centre, penetration, normal, hessian)
+    middle = view%centre + penetration * normal
+    if (view%n_dim == 2) then
+      first = [-normal(2), normal(1), 0.0_wp]
+      second = 0.0_wp
+      n_second = 0
+    else
+      first = perpendicular(normal)
+      second = cross_product(normal, first)
+      n_second = N_SIDE
+    end if
+    allocate (picture%points(3, (N_SIDE + 1) * (n_second + 1)))
+    do j = 0, n_second
+      do i = 0, N_SIDE
+        x = middle + first * view%extent * (2.0_wp * i / N_SIDE - 1.0_wp)
+        if (n_second > 0) x = x + second * view%extent * (2.0_wp * j / n_second - 1.0_wp)
+        if (view%axisymmetric) x(1) = max(x(1), 0.0_wp)
+        do step = 1, 3
+          call self%project(x, penetration, normal, hessian)
+          x = x + penetration * normal
+        end do
+        picture%points(:, 1 + i + (N_SIDE + 1) * j) = x
+      end do
+    end do
+
+    allocate (picture%cells(view%n_dim, max(1, 2 * n_second) * N_SIDE))
+    n = 0
+    do j = 0, max(n_second - 1, 0)
+      do i = 0, N_SIDE - 1
+        place = 1 + i + (N_SIDE + 1) * j
+        if (view%n_dim == 2) then
+          picture%cells(:, n + 1) = [place, place + 1]
+          n = n + 1
+        else
+          picture%cells(:, n + 1) = [place, place + 1, place + N_SIDE + 2]
+          picture%cells(:, n + 2) = [place, place + N_SIDE + 2, place + N_SIDE + 1]
+          n = n + 2
+        end if
+      end do
+    end do
+
+  end subroutine rigid_shape_draw
+
+  !> A cell is in view when the middle of its first two corners is, with some margin. (Both
+  !> halves of a quadrangle are dropped or kept together if that is their common side.)
+  pure subroutine shape_picture_crop(self, view)
+    class(shape_picture_t), intent(inout) :: self
+    type(shape_view_t), intent(in) :: view
+
+    real(wp), parameter :: MARGIN = 1.6_wp
+
+    integer :: i, k, n
+    integer, allocatable :: place(:)
+    real(wp) :: middle(3)
+    real(wp), allocatable :: points(:, :)
+
+    n = 0
+    do i = 1, size(self%cells, 2)
+      middle = 0.5_wp * (self%points(:, self%cells(1, i)) + self%points(:, self%cells(2, i)))
+      if (maxval(abs(middle - view%centre)) > MARGIN * view%extent) cycle
+      n = n + 1
+      self%cells(:, n) = self%cells(:, i)
+    end do
+    self%cells = self%cells(:, :n)
+
+    allocate (place(size(self%points, 2)), source=0)
+    allocate (points(3, size(place)))
+    n = 0
+    do i = 1, size(self%cells, 2)
+      do k = 1, size(self%cells, 1)
+        associate (point => self%cells(k, i))
+          if (place(point) == 0) then
+            n = n + 1
+            place(point) = n
+            points(:, n) = self%points(:, point)
+          end if
+          point = place(point)
+        end associate
+      end do
+    end do
+    self%points = points(:, :n)
+
+  end subroutine shape_picture_crop
 
   !> Relative paths start at the folder of the input file.
   pure function shape_context_resolve(self, path) result(resolved)

@@ -5,7 +5,7 @@ module swage_rigid_tool
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_motion, only: FIXED, motion_from_group, motion_t
-  use swage_rigid_shape, only: rigid_shape_t, shape_context_t
+  use swage_rigid_shape, only: rigid_shape_t, shape_context_t, shape_picture_t, shape_view_t
   use swage_rotation, only: IDENTITY, rotated_matrix, rotation_matrix
   use swage_shape_registry, only: shape_from_group, shape_names
   use swage_status, only: status_t
@@ -40,6 +40,8 @@ module swage_rigid_tool
     procedure :: begin_step => rigid_tool_begin_step
     !> Penetration of a point at the end of the step.
     procedure :: project => rigid_tool_project
+    !> Its surface at the end of the step, for pictures.
+    procedure :: draw => rigid_tool_draw
     !> Where a point of the tool goes during the step.
     procedure :: carry => rigid_tool_carry
     !> Largest speed at a distance from the axis of rotation, over all times [length/time].
@@ -208,6 +210,24 @@ contains
     hessian = rotated_matrix(hessian, self%rotation)
 
   end subroutine rigid_tool_project
+
+  !> As [[rigid_shape_t:draw]], in the frame of the problem.
+  subroutine rigid_tool_draw(self, view, picture)
+    class(rigid_tool_t), intent(in) :: self
+    type(shape_view_t), intent(in) :: view
+    type(shape_picture_t), intent(out) :: picture
+
+    integer :: i
+    type(shape_view_t) :: in_tool
+
+    in_tool = view
+    in_tool%centre = matmul(view%centre - self%translation, self%rotation)
+    call self%shape%draw(in_tool, picture)
+    do i = 1, size(picture%points, 2)
+      picture%points(:, i) = matmul(self%rotation, picture%points(:, i)) + self%translation
+    end do
+
+  end subroutine rigid_tool_draw
 
   !> Where the point of the tool that is at `x_old` at the start of the step is at its end. Exact
   !> for any angle; a tool that only translates adds its displacement, without rounding.

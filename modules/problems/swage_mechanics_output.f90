@@ -4,6 +4,7 @@ submodule(swage_mechanics) swage_mechanics_output
   use swage_field_list, only: FIELD_CELL, FIELD_NODAL
   use swage_mini_element, only: AXISYMMETRIC
   use swage_mesh_quality, only: mesh_quality_t, measure_quality
+  use swage_rigid_shape, only: shape_picture_t, shape_view_t
   implicit none(type, external)
 
   character(len=1), parameter :: AXIS_NAMES(3) = ['x', 'y', 'z']
@@ -277,8 +278,13 @@ contains
 
   module procedure mechanics_tool_surface
 
-    real(wp) :: centre(3), extent, lower(3), upper(3)
+    integer, parameter :: VTK_LINE = 3, VTK_TRIANGLE = 5
+
     integer :: i, k
+    integer(gp) :: start
+    real(wp) :: lower(3), upper(3)
+    type(shape_picture_t) :: picture
+    type(shape_view_t) :: view
 
     lower = huge(1.0_wp)
     upper = -huge(1.0_wp)
@@ -292,128 +298,26 @@ contains
     end do
     lower(self%mesh%dimension + 1:) = 0.0_wp
     upper(self%mesh%dimension + 1:) = 0.0_wp
-    centre = 0.5_wp * (lower + upper)
-    extent = 0.6_wp * maxval(upper - lower)
+    view%n_dim = self%mesh%dimension
+    view%axisymmetric = self%settings%kind == AXISYMMETRIC
+    view%centre = 0.5_wp * (lower + upper)
+    view%extent = 0.6_wp * maxval(upper - lower)
 
     allocate (points(3, 0), connectivity(0), offsets(1), types(0))
     offsets = 0_gp
     if (self%comm%rank /= 0) return
     do i = 1, size(self%tools)
-      call draw_tool(self%tools(i), self%mesh%dimension, self%settings%kind == AXISYMMETRIC, &
-                     centre, extent, points, connectivity, offsets, types)
+      call self%tools(i)%draw(view, picture)
+      start = size(points, 2, kind=gp)
+      points = reshape([points, picture%points], [3, size(points, 2) + size(picture%points, 2)])
+      connectivity = [connectivity, start + int(reshape(picture%cells, [size(picture%cells)]), gp) &
+                      - 1_gp]
+      start = offsets(size(offsets))
+      offsets = [offsets, (start + int(k * view%n_dim, gp), k=1, size(picture%cells, 2))]
+      types = [types, (merge(VTK_LINE, VTK_TRIANGLE, view%n_dim == 2), k=1, size(picture%cells, 2))]
     end do
 
   end procedure mechanics_tool_surface
-
-  !> Append the surface of one tool, as far as it is near the bodies: points of a grid around the
-  !> bodies, moved onto the surface along its normals.
-  subroutine draw_tool(tool, n_dim, axisymmetric, centre, extent, points, connectivity, offsets, &
-                       types)
-    type(rigid_tool_t), intent(in) :: tool
-    integer, intent(in) :: n_dim
-    logical, intent(in) :: axisymmetric
-    !> Middle and half size of the bodies' box.
-    real(wp), intent(in) :: centre(3)
-    real(wp), intent(in) :: extent
-    real(wp), allocatable, intent(inout) :: points(:, :)
-    integer(gp), allocatable, intent(inout) :: connectivity(:)
-    integer(gp), allocatable, intent(inout) :: offsets(:)
-    integer, allocatable, intent(inout) :: types(:)
-
-    integer, parameter :: N_SIDE = 24
-    integer, parameter :: VTK_LINE = 3, VTK_TRIANGLE = 5
-
-    real(wp) :: corner(3), first(3), hessian(3, 3), normal(3), penetration, second(3), x(3)
-    real(wp), allocatable :: grid(:, :)
-    integer(gp) :: start
-    integer :: i, j, n_second, step
-
-    ! The tangent plane at the point nearest to the bodies' middle
-    call project_on_tool(tool, centre, x, normal)
-    if (n_dim == 2) then
-      first = [-normal(2), normal(1), 0.0_wp]
-      second = 0.0_wp
-      n_second = 0
-    else
-      call plane_axes(normal, first, second)
-      n_second = N_SIDE
-    end if
-    corner = x
-    start = size(points, 2, kind=gp)
-    allocate (grid(3, (N_SIDE + 1) * (n_second + 1)))
-    do j = 0, n_second
-      do i = 0, N_SIDE
-        x = corner + first * extent * (2.0_wp * i / N_SIDE - 1.0_wp)
-        if (n_second > 0) x = x + second * extent * (2.0_wp * j / n_second - 1.0_wp)
-        if (axisymmetric) x(1) = max(x(1), 0.0_wp)
-        do step = 1, 3
-          call tool%project(x, penetration, normal, hessian)
-          x = x + penetration * normal
-        end do
-        grid(:, 1 + i + (N_SIDE + 1) * j) = x
-      end do
-    end do
-    points = reshape([points, grid], [3, size(points, 2) + size(grid, 2)])
-
-    do j = 0, max(n_second - 1, 0)
-      do i = 0, N_SIDE - 1
-        if (n_dim == 2) then
-          call add_cell([i, i + 1], VTK_LINE)
-        else
-          call add_cell([number(i, j), number(i + 1, j), number(i + 1, j + 1)], VTK_TRIANGLE)
-          call add_cell([number(i, j), number(i + 1, j + 1), number(i, j + 1)], VTK_TRIANGLE)
-        end if
-      end do
-    end do
-
-  contains
-
-    pure function number(i, j) result(place)
-      integer, intent(in) :: i
-      integer, intent(in) :: j
-      integer :: place
-
-      place = i + (N_SIDE + 1) * j
-
-    end function number
-
-    subroutine add_cell(corners, vtk_type)
-      integer, intent(in) :: corners(:)
-      integer, intent(in) :: vtk_type
-
-      connectivity = [connectivity, start + int(corners, gp)]
-      offsets = [offsets, size(connectivity, kind=gp)]
-      types = [types, vtk_type]
-
-    end subroutine add_cell
-
-  end subroutine draw_tool
-
-  !> Nearest point of a tool's surface.
-  pure subroutine project_on_tool(tool, from, x, normal)
-    type(rigid_tool_t), intent(in) :: tool
-    real(wp), intent(in) :: from(3)
-    real(wp), intent(out) :: x(3)
-    real(wp), intent(out) :: normal(3)
-
-    real(wp) :: hessian(3, 3), penetration
-
-    call tool%project(from, penetration, normal, hessian)
-    x = from + penetration * normal
-
-  end subroutine project_on_tool
-
-  !> Two unit vectors across a normal.
-  pure subroutine plane_axes(normal, first, second)
-    use swage_rotation, only: cross_product, perpendicular
-    real(wp), intent(in) :: normal(3)
-    real(wp), intent(out) :: first(3)
-    real(wp), intent(out) :: second(3)
-
-    first = perpendicular(normal)
-    second = cross_product(normal, first)
-
-  end subroutine plane_axes
 
   module procedure mechanics_summary
 
