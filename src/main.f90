@@ -76,12 +76,8 @@ contains
     type(simulation_t) :: simulation
 
     call watch_signals()
-    if (request%prefix == '') then
-      call simulation%start(request%subject, comm, status, echo=.true., restart=request%restart)
-    else
-      call simulation%start(request%subject, comm, status, prefix=request%prefix, echo=.true., &
-                            restart=request%restart)
-    end if
+    call simulation%start(request%subject, comm, status, prefix=request%prefix, echo=.true., &
+                          restart=request%restart)
     if (.not. status%failed()) call simulation%run(status)
     call simulation%finish(status)
 
@@ -95,7 +91,8 @@ contains
     character(len=:), allocatable :: summary
     type(simulation_t) :: simulation
 
-    call simulation%check(request%subject, comm, summary, status, restart=request%restart)
+    call simulation%check(request%subject, comm, summary, status, prefix=request%prefix, &
+                          restart=request%restart)
     if (.not. status%failed() .and. comm%rank == 0) then
       write (output_unit, '(a)') request%subject//': no faults found', summary
     end if

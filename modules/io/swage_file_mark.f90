@@ -6,7 +6,7 @@ module swage_file_mark
   use, intrinsic :: iso_fortran_env, only: int8
   use swage_checksum, only: checksum
   use swage_comm, only: comm_t
-  use swage_file_system, only: file_size, shorten_file
+  use swage_file_system, only: file_size, set_file_size
   use swage_kinds, only: gp
   use swage_snapshot, only: snapshot_t
   use swage_status, only: status_t, EXIT_FILE, STATUS_ERROR
@@ -86,7 +86,7 @@ contains
 
     call snapshot%get(name, mark, status)
     if (comm%rank == 0 .and. .not. status%failed()) then
-      call shorten_file(path, mark(1), succeeded)
+      call set_file_size(path, mark(1), succeeded)
       if (.not. succeeded) then
         call status%raise(STATUS_ERROR, 'cut_to_mark', path//' cannot be changed; make it '// &
                           'writable', EXIT_FILE)

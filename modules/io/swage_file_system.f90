@@ -1,4 +1,5 @@
-!> What Fortran cannot do to files: rename, remove and shorten them, bring them onto the disk.
+!> What Fortran cannot do to files: rename and remove them, set their length, bring them onto the
+!> disk.
 !>
 !> Not collective: rank 0 calls. Nothing is raised, callers know what a failure means.
 module swage_file_system
@@ -7,7 +8,7 @@ module swage_file_system
   implicit none(type, external)
   private
 
-  public :: rename_file, remove_file, shorten_file, sync_file, file_size
+  public :: rename_file, remove_file, set_file_size, sync_file, file_size
 
   interface
     !> POSIX: another name for a file; one that has it is replaced in the same instant.
@@ -102,16 +103,16 @@ contains
 
   end subroutine remove_file
 
-  !> Drop the end of a file.
-  subroutine shorten_file(path, n_byte, succeeded)
+  !> Drop the end of a file, or add a hole to it.
+  subroutine set_file_size(path, n_byte, succeeded)
     character(len=*), intent(in) :: path
-    !> What is left.
+    !> Its length afterwards.
     integer(gp), intent(in) :: n_byte
     logical, intent(out) :: succeeded
 
     succeeded = posix_truncate(path//c_null_char, int(n_byte, c_long)) == 0_c_int
 
-  end subroutine shorten_file
+  end subroutine set_file_size
 
   !> Wait until the content of a file is on the disk.
   subroutine sync_file(path, succeeded)

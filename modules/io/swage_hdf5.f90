@@ -8,22 +8,25 @@ module swage_hdf5
   use, intrinsic :: iso_fortran_env, only: int64
   use hdf5, only: h5aclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5dclose_f, h5dcreate_f, &
                   h5dget_space_f, h5dopen_f, h5dset_extent_f, h5dwrite_f, h5eset_auto_f, &
-                  h5fcreate_f, h5kind_to_type, h5open_f, h5pclose_f, h5pcreate_f, &
-                  h5pset_chunk_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, h5pset_fill_time_f, &
-                  h5sclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_dims_f, &
-                  h5sselect_hyperslab_f, &
-                  h5sselect_none_f, h5tclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, hid_t, &
-                  hsize_t, size_t, H5_INTEGER_KIND, H5D_FILL_TIME_NEVER_F, H5F_ACC_TRUNC_F, &
-                  H5FD_MPIO_COLLECTIVE_F, H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, &
-                  H5P_FILE_ACCESS_F, H5S_SCALAR_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F, &
-                  H5T_FORTRAN_S1, H5T_STD_I64LE, H5T_STR_NULLPAD_F
+                  h5fclose_f, h5fcreate_f, h5fflush_f, h5fopen_f, &
+                  h5kind_to_type, h5open_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, &
+                  h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, h5pset_fill_time_f, &
+                  h5pset_libver_bounds_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
+                  h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, h5sselect_none_f, &
+                  h5tclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, hid_t, hsize_t, size_t, &
+                  H5D_FILL_TIME_NEVER_F, H5FD_MPIO_COLLECTIVE_F, H5F_ACC_RDWR_F, &
+                  H5F_ACC_TRUNC_F, H5F_LIBVER_LATEST_F, H5F_SCOPE_GLOBAL_F, &
+                  H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, H5P_FILE_ACCESS_F, H5S_SCALAR_F, &
+                  H5S_SELECT_SET_F, H5S_UNLIMITED_F, H5T_FORTRAN_S1, H5T_STD_I64LE, &
+                  H5T_STR_NULLPAD_F, H5_INTEGER_KIND
   use mpi_f08, only: MPI_INFO_NULL
   use swage_comm, only: comm_t
+  use swage_file_system, only: file_size, set_file_size
   use swage_kinds, only: gp
   implicit none(type, external)
   private
 
-  public :: hdf5_start, hdf5_create_file, hdf5_create_table, hdf5_write_rows
+  public :: hdf5_start, hdf5_create_file, hdf5_create_table, hdf5_write_rows, hdf5_flush
   public :: hdf5_write_text, hdf5_write_integers, note_code, LIST
 
   !> In place of a number of components: a table of rank 1.
@@ -47,6 +50,10 @@ contains
 
   !> Collective. Create a file that all ranks write. One that exists is replaced, unless it cannot
   !> be opened for writing.
+  !>
+  !> The file is of the oldest kind, what is put into it of the newest: a file of a newer kind could
+  !> not be read while it is written, nor opened again after its run was killed; the older tables
+  !> rebuild the index of their rows every 64 chunks, and a run killed meanwhile would lose them.
   subroutine hdf5_create_file(path, comm, file, broken)
     character(len=*), intent(in) :: path
     type(comm_t), intent(in) :: comm
@@ -64,10 +71,41 @@ contains
     call note_code(code, broken)
     call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, code, access_prp=access)
     call note_code(code, broken)
+    if (code >= 0) then
+      ! What is put into the file is of the kind that it was opened for
+      call h5fclose_f(file, code)
+      call note_code(code, broken)
+      call h5pset_libver_bounds_f(access, H5F_LIBVER_LATEST_F, H5F_LIBVER_LATEST_F, code)
+      call note_code(code, broken)
+      call h5fopen_f(path, H5F_ACC_RDWR_F, file, code, access)
+      call note_code(code, broken)
+    end if
     call h5pclose_f(access, code)
     call note_code(code, broken)
 
   end subroutine hdf5_create_file
+
+  !> Collective. Bring what was written onto the disk.
+  !>
+  !> HDF5 writes the length of the file before the file is as long as that: a run killed between the
+  !> two would leave a file that nobody can open. So the file is made longer before, by a hole, and
+  !> HDF5 cuts it.
+  subroutine hdf5_flush(file, path, n_byte, comm, broken)
+    integer(hid_t), intent(in) :: file
+    character(len=*), intent(in) :: path
+    !> By which the file may have grown since the last call, at most.
+    integer(gp), intent(in) :: n_byte
+    type(comm_t), intent(in) :: comm
+    logical, intent(inout) :: broken
+
+    integer :: code
+    logical :: ignored
+
+    if (comm%rank == 0) call set_file_size(path, file_size(path) + n_byte, ignored)
+    call h5fflush_f(file, H5F_SCOPE_GLOBAL_F, code)
+    call note_code(code, broken)
+
+  end subroutine hdf5_flush
 
   !> Collective. Create an empty table that grows by rows.
   !>

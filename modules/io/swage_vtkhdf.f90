@@ -6,15 +6,15 @@
 module swage_vtkhdf
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int32, int64, int8, real32
-  use hdf5, only: h5dclose_f, h5dopen_f, h5fclose_f, h5fflush_f, h5gclose_f, h5gcreate_f, &
-                  h5gopen_f, h5kind_to_type, hid_t, H5_INTEGER_KIND, H5F_SCOPE_GLOBAL_F, &
+  use hdf5, only: h5dclose_f, h5dopen_f, h5fclose_f, h5gclose_f, h5gcreate_f, &
+                  h5gopen_f, h5kind_to_type, hid_t, H5_INTEGER_KIND, &
                   H5T_IEEE_F32LE, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_REAL, &
                   H5T_STD_I32LE, H5T_STD_I64LE, H5T_STD_U8LE
   use swage_comm, only: comm_t
   use swage_disk_room, only: check_room
   use swage_finite, only: is_finite
-  use swage_hdf5, only: hdf5_create_file, hdf5_create_table, hdf5_start, hdf5_write_integers, &
-                        hdf5_write_rows, hdf5_write_text, note_code, LIST
+  use swage_hdf5, only: hdf5_create_file, hdf5_create_table, hdf5_flush, hdf5_start, &
+                        hdf5_write_integers, hdf5_write_rows, hdf5_write_text, note_code, LIST
   use swage_hdf5_arrays, only: hdf5_array_shape, hdf5_open_file, hdf5_read_integers, hdf5_read_list
   use swage_kinds, only: gp, wp
   use swage_mandel, only: SQRT2
@@ -329,12 +329,10 @@ contains
     type(status_t), intent(inout) :: status
 
     logical :: broken
-    integer :: code
 
     broken = .false.
     call hdf5_write_integers(self%steps, 'NSteps', [self%n_step], .false., broken)
-    call h5fflush_f(self%file, H5F_SCOPE_GLOBAL_F, code)
-    call note_code(code, broken)
+    call hdf5_flush(self%file, self%path, 0_gp, self%comm, broken)
     call settle(self, 'vtkhdf_rewind', broken, status)
 
   end subroutine vtkhdf_rewind
@@ -813,7 +811,7 @@ contains
     !> fails.
     type(status_t), intent(inout) :: status
 
-    integer :: code, i
+    integer :: i
     logical :: broken
 
     if (.not. self%is_in_step) then
@@ -830,11 +828,9 @@ contains
 
     broken = .false.
     call self%write_of_step(broken)
-    call h5fflush_f(self%file, H5F_SCOPE_GLOBAL_F, code)
-    call note_code(code, broken)
+    call hdf5_flush(self%file, self%path, self%room_of_step(), self%comm, broken)
     call hdf5_write_integers(self%steps, 'NSteps', [self%n_step + 1_gp], .false., broken)
-    call h5fflush_f(self%file, H5F_SCOPE_GLOBAL_F, code)
-    call note_code(code, broken)
+    call hdf5_flush(self%file, self%path, 0_gp, self%comm, broken)
     call settle(self, 'vtkhdf_end_step', broken, status)
     if (status%failed()) return
 

@@ -120,7 +120,8 @@ contains
     type(status_t), intent(inout) :: status
     !> Text to take in place of the file, which then need not exist.
     character(len=*), intent(in), optional :: content
-    !> Start of the names of the result files, in place of the one that the input gives.
+    !> Start of the names of the result files, in place of the one that the input gives, unless
+    !> empty.
     character(len=*), intent(in), optional :: prefix
     !> Whether rank 0 prints the log and the progress; false when absent.
     logical, intent(in), optional :: echo
@@ -172,7 +173,7 @@ contains
 
   end subroutine simulation_begin_results
 
-  subroutine simulation_check(self, path, comm, summary, status, content, restart)
+  subroutine simulation_check(self, path, comm, summary, status, content, prefix, restart)
     class(simulation_t), intent(inout) :: self
     character(len=*), intent(in) :: path
     type(comm_t), intent(in) :: comm
@@ -182,6 +183,7 @@ contains
     type(status_t), intent(inout) :: status
     character(len=*), intent(in), optional :: content
     !> As of [[simulation_t:start]].
+    character(len=*), intent(in), optional :: prefix
     logical, intent(in), optional :: restart
 
     character(len=:), allocatable :: problem
@@ -189,7 +191,7 @@ contains
     summary = ''
     call self%finish(status)
     if (status%failed()) return
-    call self%prepare(path, comm, status, content, restart=restart)
+    call self%prepare(path, comm, status, content, prefix, restart)
     if (status%failed()) return
     call self%mechanics%summary(problem)
     summary = problem//new_line('a')//steps_text(self%case)
@@ -231,8 +233,10 @@ contains
     call comm%agree(status)
     if (status%failed()) return
     if (present(prefix)) then
-      self%case%output%prefix = prefix
-      self%case%output%title = ''
+      if (prefix /= '') then
+        self%case%output%prefix = prefix
+        self%case%output%title = ''
+      end if
     end if
 
     associate (job => self%case%job, solver => self%case%solver)
@@ -597,6 +601,8 @@ contains
                       time_text(self%case, self%get_time())//': swage '//self%deck%path// &
                       ' --restart goes on from '//restart_path(self%case%output%prefix), &
                       EXIT_STOPPED)
+    ! Only some ranks know the reason, rank 0 among them
+    call self%comm%agree(status)
 
   end subroutine simulation_save_or_stop
 

@@ -4,6 +4,7 @@
 !> never accumulated: grid points, events and the end are met to the last bit, cuts or not.
 module swage_step_control
   use swage_kinds, only: gp, wp
+  use swage_number, only: number_text
   use swage_snapshot, only: snapshot_t
   use swage_status, only: status_t, STATUS_ERROR
   use swage_text, only: text
@@ -359,8 +360,8 @@ contains
     do i = 1, self%step - 1
       if (abs(ends(i) - self%ends(i)) <= 0.0_wp) cycle
       call status%raise(STATUS_ERROR, 'step_control_load', 'step '//text(i)//' ended at time '// &
-                        text(ends(i))//', in the input it ends at '//text(self%ends(i))// &
-                        '; steps that are done cannot change')
+                        number_text(ends(i))//', in the input it ends at '// &
+                        number_text(self%ends(i))//'; steps that are done cannot change')
       return
     end do
 
@@ -390,8 +391,8 @@ contains
     associate (start => self%ends(self%step - 1), step => self%steps(self%step))
       if (self%time > self%ends(self%step) - SAME_TIME * self%nominal()) then
         call status%raise(STATUS_ERROR, 'step_control_load', 'the run has reached time '// &
-                          text(self%time)//', step '//text(self%step)//' of the input ends at '// &
-                          text(self%ends(self%step)))
+                          number_text(self%time)//', step '//text(self%step)// &
+                          ' of the input ends at '//number_text(self%ends(self%step)))
         return
       end if
       self%n_done = int((self%time - start) / self%nominal() + SAME_TIME)
