@@ -7,7 +7,7 @@ module swage_faceted
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_rigid_shape, only: rigid_shape_t, shape_context_t, shape_picture_t, shape_view_t
-  use swage_rotation, only: cross_product, dyadic
+  use swage_rotation, only: cross_product, dyadic, perpendicular
   use swage_status, only: status_t, STATUS_ERROR
   use swage_surface, only: surface_create, surface_t
   use swage_surface_file, only: surface_file_read
@@ -243,9 +243,7 @@ contains
   end function is_needle
 
   !> Normal at a corner of a triangle, from all that can be reached around it without crossing a
-  !> sharp edge. The weights are exact where the vertices lie on a sphere.
-  !>
-  !> Source: N. Max, J. Graphics Tools 4 (1999) 1–6.
+  !> sharp edge: that of a paraboloid through the vertices around, where they are enough.
   pure function normal_around(surface, facet, corner, smallest_cosine) result(normal)
     type(surface_t), intent(in) :: surface
     integer, intent(in) :: facet
@@ -253,10 +251,40 @@ contains
     real(wp), intent(in) :: smallest_cosine
     real(wp) :: normal(3)
 
-    integer :: here, last, side, step, way
+    integer :: i, k
+    integer, allocatable :: fan(:, :)
+    real(wp), allocatable :: spokes(:, :)
 
-    normal = share(facet, corner)
-    do way = 1, 2
+    call collect_fan(surface, facet, corner, smallest_cosine, fan)
+    allocate (spokes(3, 2 * size(fan, 2)))
+    do i = 1, size(fan, 2)
+      associate (x => surface%x(:, surface%vertex(:, fan(1, i))))
+        k = fan(2, i)
+        spokes(:, 2 * i - 1) = (x(:, NEXT(k)) - x(:, k)) / surface%size
+        spokes(:, 2 * i) = (x(:, PREVIOUS(k)) - x(:, k)) / surface%size
+      end associate
+    end do
+    normal = normal_of_fan(spokes)
+    call fit_paraboloid(spokes, normal)
+
+  end function normal_around
+
+  !> The facets around a vertex up to the next sharp edges, without needles.
+  pure subroutine collect_fan(surface, facet, corner, smallest_cosine, fan)
+    type(surface_t), intent(in) :: surface
+    integer, intent(in) :: facet
+    integer, intent(in) :: corner
+    real(wp), intent(in) :: smallest_cosine
+    !> Facets, and which of their corners the vertex is; shape (2, :).
+    integer, allocatable, intent(out) :: fan(:, :)
+
+    integer :: here, last, n, side, step, way
+    integer, allocatable :: longer(:, :)
+
+    allocate (fan(2, 16))
+    fan(:, 1) = [facet, corner]
+    n = 1
+    ways: do way = 1, 2
       here = facet
       last = facet
       side = corner
@@ -265,10 +293,7 @@ contains
         associate (beyond => surface%neighbour(side, here))
           if (beyond == 0) exit
           ! The way around has been once
-          if (beyond == facet) then
-            normal = normal / norm2(normal)
-            return
-          end if
+          if (beyond == facet) exit ways
           side = surface%neighbour_side(side, here)
           here = beyond
         end associate
@@ -276,35 +301,91 @@ contains
           if (dot_product(surface%normal(:, last), surface%normal(:, here)) &
               < smallest_cosine) exit
           last = here
+          if (n == size(fan, 2)) then
+            allocate (longer(2, 2 * n))
+            longer(:, :n) = fan
+            call move_alloc(longer, fan)
+          end if
+          n = n + 1
           ! Going forwards the vertex is the end of the side just crossed, backwards its start
-          if (way == 1) normal = normal + share(here, NEXT(side))
-          if (way == 2) normal = normal + share(here, side)
+          fan(:, n) = [here, merge(NEXT(side), side, way == 1)]
         end if
-        if (way == 1) side = NEXT(side)
-        if (way == 2) side = PREVIOUS(side)
+        side = merge(NEXT(side), PREVIOUS(side), way == 1)
       end do
+    end do ways
+    fan = fan(:, :n)
+
+  end subroutine collect_fan
+
+  !> Mean of the normals of the facets around a vertex, with weights that are exact where the
+  !> vertices lie on a sphere.
+  !>
+  !> Source: N. Max, J. Graphics Tools 4 (1999) 1–6.
+  pure function normal_of_fan(spokes) result(normal)
+    !> From the vertex to the other corners of each facet, counterclockwise; shape (3, 2 n_facet).
+    real(wp), intent(in) :: spokes(:, :)
+    real(wp) :: normal(3)
+
+    integer :: i
+
+    normal = 0.0_wp
+    do i = 1, size(spokes, 2), 2
+      normal = normal + cross_product(spokes(:, i), spokes(:, i + 1)) &
+        / (sum(spokes(:, i)**2) * sum(spokes(:, i + 1)**2))
     end do
     normal = normal / norm2(normal)
 
-  contains
+  end function normal_of_fan
 
-    pure function share(facet, corner)
-      integer, intent(in) :: facet
-      integer, intent(in) :: corner
-      real(wp) :: share(3)
+  !> Correct a normal by the paraboloid over its tangent plane that comes nearest to the vertices
+  !> around: z = a x + b y + (c x² + 2 d x y + e y²)/2. Left as it is where they are too few.
+  pure subroutine fit_paraboloid(spokes, normal)
+    !> As [[normal_of_fan]].
+    real(wp), intent(in) :: spokes(:, :)
+    real(wp), intent(inout) :: normal(3)
 
-      real(wp) :: backward(3), forward(3)
+    !> A pivot below this share of its diagonal: the vertices do not tell all coefficients.
+    real(wp), parameter :: SMALLEST_PIVOT = 1.0e-2_wp
+    !> Largest slope of the correction, a fifth of the angle of sharp edges.
+    real(wp), parameter :: LARGEST_SLOPE = 0.2_wp
 
-      associate (x => surface%x(:, surface%vertex(:, facet)))
-        forward = x(:, NEXT(corner)) - x(:, corner)
-        backward = x(:, PREVIOUS(corner)) - x(:, corner)
-      end associate
-      share = cross_product(forward, backward) * surface%size**2 &
-        / (dot_product(forward, forward) * dot_product(backward, backward))
+    integer :: i, j, k
+    real(wp) :: first(3), matrix(5, 5), pivot, right(5), row(5), scale, second(3), square, x, y
 
-    end function share
+    first = perpendicular(normal)
+    second = cross_product(normal, first)
+    scale = sqrt(sum(spokes**2) / size(spokes, 2))
+    matrix = 0.0_wp
+    right = 0.0_wp
+    do i = 1, size(spokes, 2)
+      x = dot_product(spokes(:, i), first) / scale
+      y = dot_product(spokes(:, i), second) / scale
+      square = x**2 + y**2
+      if (.not. square > 0.0_wp) return
+      row = [x, y, 0.5_wp * x**2, x * y, 0.5_wp * y**2]
+      ! Near vertices tell more: heights by the square of the distance
+      do j = 1, 5
+        matrix(:, j) = matrix(:, j) + row * row(j) / square**2
+      end do
+      right = right + row * dot_product(spokes(:, i), normal) / (scale * square**2)
+    end do
 
-  end function normal_around
+    do k = 1, 5
+      pivot = matrix(k, k)
+      if (.not. pivot > SMALLEST_PIVOT) return
+      do i = k + 1, 5
+        right(i) = right(i) - matrix(i, k) / pivot * right(k)
+        matrix(i, k + 1:) = matrix(i, k + 1:) - matrix(i, k) / pivot * matrix(k, k + 1:)
+      end do
+    end do
+    do k = 5, 1, -1
+      right(k) = (right(k) - dot_product(matrix(k, k + 1:), right(k + 1:))) / matrix(k, k)
+    end do
+    if (norm2(right(1:2)) > LARGEST_SLOPE) return
+    normal = normal - right(1) * first - right(2) * second
+    normal = normal / norm2(normal)
+
+  end subroutine fit_paraboloid
 
   !> Normal at an end of a line, from both lines there; exact on a circle. A line that ends on the
   !> axis of revolution goes on as its mirror image.
