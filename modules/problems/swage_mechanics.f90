@@ -61,8 +61,8 @@ module swage_mechanics
     integer :: kind = THREE_DIMENSIONAL
     !> True when coordinates never move (small strain).
     logical :: fixed_geometry = .false.
-    !> Factorise the symmetric part of the tangent.
-    logical :: symmetric = .false.
+    !> One of [[linear_solver_names]].
+    character(len=:), allocatable :: linear_solver
     !> Factor on the bubble's stabilising block [1].
     real(wp) :: bubble_factor = 1.0_wp
     !> Grad-div modulus by the flow stress [1].
@@ -737,7 +737,7 @@ contains
     class(mechanics_t), intent(inout) :: self
     type(status_t), intent(inout) :: status
 
-    real(wp), allocatable :: load(:, :), rest(:, :), right_hand_side(:, :)
+    real(wp), allocatable :: load(:, :), rest(:, :), right_hand_side(:, :), weight(:)
     real(wp) :: largest
     integer :: i, k, n
 
@@ -760,10 +760,9 @@ contains
     allocate (right_hand_side, source=self%residual)
     call self%constraints%to_local(right_hand_side)
     right_hand_side = -right_hand_side - load
+    ! What is imposed is known: it has no part in the norms of the solver
     do i = 1, self%constraints%n_constrained
-      do k = 1, self%constraints%n_direction(i)
-        right_hand_side(k, self%constraints%node(i)) = rest(k, self%constraints%node(i))
-      end do
+      right_hand_side(:self%constraints%n_direction(i), self%constraints%node(i)) = 0.0_wp
     end do
 
     if (.not. allocated(self%solver)) call create_solver(self, status)
@@ -771,9 +770,17 @@ contains
     call self%solver%factorise(self%matrix, status)
     call self%comm%agree(status)
     if (status%failed()) return
-    call self%solver%solve(self%matrix, right_hand_side, 0.0_wp, self%correction, status)
+    allocate (weight(n + 1), source=1.0_wp / self%scales(1))
+    weight(n + 1) = 1.0_wp / self%scales(2)
+    call self%solver%solve(self%matrix, right_hand_side, weight, self%linear_tolerance, &
+                           self%correction, status)
     call self%comm%agree(status)
     if (status%failed()) return
+    do i = 1, self%constraints%n_constrained
+      do k = 1, self%constraints%n_direction(i)
+        self%correction(k, self%constraints%node(i)) = rest(k, self%constraints%node(i))
+      end do
+    end do
     call self%constraints%to_global(self%correction)
 
   end subroutine mechanics_correct

@@ -6,10 +6,10 @@ submodule(swage_mechanics) swage_mechanics_setup
   use swage_friction, only: friction_law_t
   use swage_friction_registry, only: friction_from_group
   use swage_group, only: group_t
+  use swage_linear_solver_registry, only: linear_solver_create
   use swage_material_registry, only: material_from_group
   use swage_mini_element, only: AXISYMMETRIC, cell_volume, mini_batch_create
   use swage_motion, only: motion_from_group, motion_t
-  use swage_mumps, only: mumps_solver_create, mumps_solver_t
   use swage_point_batch, only: point_batch_create
   use swage_rigid_tool, only: tool_from_group
   use swage_status, only: EXIT_MESH, STATUS_ERROR
@@ -106,12 +106,10 @@ contains
 
   module procedure create_solver
 
-    type(mumps_solver_t), allocatable :: mumps
-
-    allocate (mumps)
-    call mumps_solver_create(self%comm, self%mesh%halo, self%unknowns, self%matrix, &
-                             self%settings%symmetric, mumps, status)
-    call move_alloc(mumps, self%solver)
+  ! Displacements are positive definite, pressures negative; an idle slot is an identity row
+    call linear_solver_create(self%settings%linear_solver, self%comm, self%mesh%halo, &
+                              self%unknowns, self%matrix, int(self%unknowns%n_node_global), &
+                              self%solver, status)
 
   end procedure create_solver
 

@@ -5,6 +5,7 @@ module swage_case
   use swage_deck, only: deck_t
   use swage_group, only: group_t, NAME_LENGTH
   use swage_kinds, only: wp
+  use swage_linear_solver_registry, only: linear_solver_names, LINEAR_SOLVER_NAME_LENGTH
   use swage_mini_element, only: AXISYMMETRIC, PLANE_STRAIN, THREE_DIMENSIONAL
   use swage_newton, only: newton_control_t
   use swage_status, only: status_t, STATUS_ERROR
@@ -55,8 +56,8 @@ module swage_case
   !> What `&solver` says.
   type :: solver_keys_t
     type(newton_control_t) :: newton
-    !> Factorise the symmetric part of the tangent only.
-    logical :: symmetric = .false.
+    !> One of [[linear_solver_names]].
+    character(len=:), allocatable :: linear_solver
     !> Factors of the bubble's block and of the cell-wise volume term [1].
     real(wp) :: bubble_factor = 1.0_wp
     real(wp) :: grad_div = 1.0_wp
@@ -228,6 +229,10 @@ contains
     type(group_t), intent(inout) :: group
     type(solver_keys_t), intent(inout) :: solver
 
+    character(len=LINEAR_SOLVER_NAME_LENGTH), allocatable :: names(:)
+
+    allocate (names, source=linear_solver_names())
+    solver%linear_solver = trim(names(1))
     call group%take('tolerance', solver%newton%tolerance(1), '1', 'Largest unbalanced force '// &
                     'at the end of an increment, relative to internal and contact forces.', &
                     above=0.0_wp, below=1.0_wp)
@@ -235,8 +240,10 @@ contains
                     'volume equation.', above=0.0_wp, below=1.0_wp)
     call group%take('maximum_iterations', solver%newton%maximum_iterations, 'Newton iterations '// &
                     'after which an increment is halved.', lower=1, upper=100)
-    call group%take('symmetric', solver%symmetric, 'Factorise the symmetric part of the '// &
-                    'tangent only: less memory, more iterations.')
+    call group%take('linear_solver', solver%linear_solver, '''mumps_lagged'' keeps factors in '// &
+                    'single precision over iterations and increments, and iterates with them; '// &
+                    '''mumps'' factorises each matrix, unsymmetric, in double precision.', &
+                    choices=names)
     call group%take('bubble_factor', solver%bubble_factor, '1', 'Factor of the stabilising '// &
                     'bubble; larger values smooth the pressure.', above=0.0_wp)
     call group%take('grad_div', solver%grad_div, '1', 'Factor of the flow stress in the term '// &

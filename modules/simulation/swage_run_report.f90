@@ -154,7 +154,11 @@ contains
       text(tally%n_cut)//' cuts ('//text(tally%n_failed_iteration)//' iterations lost)'//LINE_FEED
     if (allocated(mechanics%solver)) then
       lines = lines//text(mechanics%solver%n_factorisation)//' factorisations, '// &
-        text(mechanics%solver%n_solution)//' solutions'//LINE_FEED
+        text(mechanics%solver%n_solution)//' solutions'
+      if (mechanics%solver%n_iteration > 0) then
+        lines = lines//', '//text(mechanics%solver%n_iteration)//' linear iterations'
+      end if
+      lines = lines//LINE_FEED
     end if
     lines = lines//'CPU '//rounded(cpu, 2)//' s: '//phase_text(times%cpu)//LINE_FEED// &
       'elapsed '//clock_text(log%get_elapsed())//': '//phase_text(times%wall)//LINE_FEED// &

@@ -249,7 +249,7 @@ contains
       end if
       settings%kind = job%kind
       settings%fixed_geometry = job%fixed_geometry
-      settings%symmetric = solver%symmetric
+      settings%linear_solver = solver%linear_solver
       settings%bubble_factor = solver%bubble_factor
       settings%grad_div = solver%grad_div
       settings%initial_temperature = job%temperature

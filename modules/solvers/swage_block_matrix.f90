@@ -46,8 +46,12 @@ module swage_block_matrix
     procedure :: add_cell => block_matrix_add_cell
     !> Add to the leading rows and columns of a block what a symmetric factor is to leave out.
     procedure :: add_unsymmetric => block_matrix_add_unsymmetric
+    !> Block of the symmetric part, without what is listed as unsymmetric.
+    procedure :: symmetric_block => block_matrix_symmetric_block
     !> Collective. Product with a vector given on all copies of the nodes.
     procedure :: multiply => block_matrix_multiply
+    !> Collective. Inverse roots of the sizes of the diagonal.
+    procedure :: inverse_root_diagonal => block_matrix_inverse_root_diagonal
   end type block_matrix_t
 
 contains
@@ -225,6 +229,49 @@ contains
 
   end function row_of
 
+  !> Half of a block and of the transpose of its mirror, as far as this rank knows them.
+  pure subroutine block_matrix_symmetric_block(self, row, block, part)
+    class(block_matrix_t), intent(in) :: self
+    !> Row of the block, and the block.
+    integer, intent(in) :: row
+    integer(gp), intent(in) :: block
+    !> Shape (n_slot, n_slot).
+    real(wp), intent(out) :: part(:, :)
+
+    integer(gp) :: mirror
+
+    mirror = block_at(self, self%column(block), row)
+    part = 0.5_wp * (self%values(:, :, block) + transpose(self%values(:, :, mirror)))
+    associate (place => self%extra_of_block(block), mirrored => self%extra_of_block(mirror))
+      if (place > 0) part = part - 0.5_wp * self%extra(:, :, place)
+      if (mirrored > 0) part = part - 0.5_wp * transpose(self%extra(:, :, mirrored))
+    end associate
+
+  end subroutine block_matrix_symmetric_block
+
+  !> Place of a block that exists, by bisection.
+  pure function block_at(matrix, row, column) result(place)
+    type(block_matrix_t), intent(in) :: matrix
+    integer, intent(in) :: row
+    integer, intent(in) :: column
+    integer(gp) :: place
+
+    integer(gp) :: high, low
+
+    low = matrix%row_start(row)
+    high = matrix%row_start(row + 1) - 1_gp
+    do while (low < high)
+      place = (low + high) / 2_gp
+      if (matrix%column(place) < column) then
+        low = place + 1_gp
+      else
+        high = place
+      end if
+    end do
+    place = low
+
+  end function block_at
+
   subroutine block_matrix_multiply(self, halo, x, y)
     class(block_matrix_t), intent(in) :: self
     type(halo_t), intent(in) :: halo
@@ -233,22 +280,91 @@ contains
     !> Shape (n_slot, n_node); complete on every copy.
     real(wp), contiguous, intent(out) :: y(:, :)
 
-    real(wp) :: total(self%n_slot)
-    integer :: c, i
-    integer(gp) :: k
-
-    do i = 1, self%n_node
-      total = 0.0_wp
-      do k = self%row_start(i), self%row_start(i + 1) - 1_gp
-        do c = 1, self%n_slot
-          total = total + self%values(:, c, k) * x(c, self%column(k))
-        end do
-      end do
-      y(:, i) = total
-    end do
+    if (self%n_slot == 4) then
+      call multiply_blocks_of_4(self%n_node, self%n_block, self%row_start, self%column, &
+                                self%values, x, y)
+    else
+      call multiply_blocks_of_3(self%n_node, self%n_block, self%row_start, self%column, &
+                                self%values, x, y)
+    end if
     call halo%accumulate(y)
 
   end subroutine block_matrix_multiply
+
+  !> Product of this rank's matrix; the size of the blocks is fixed, so that they stay in registers.
+  pure subroutine multiply_blocks_of_4(n_node, n_block, row_start, column, values, x, y)
+    integer, intent(in) :: n_node
+    integer(gp), intent(in) :: n_block
+    integer(gp), intent(in) :: row_start(n_node + 1)
+    integer, intent(in) :: column(n_block)
+    real(wp), intent(in) :: values(4, 4, n_block)
+    real(wp), intent(in) :: x(4, n_node)
+    real(wp), intent(out) :: y(4, n_node)
+
+    real(wp) :: total(4)
+    integer :: i, j
+    integer(gp) :: k
+
+    do i = 1, n_node
+      total = 0.0_wp
+      do k = row_start(i), row_start(i + 1) - 1_gp
+        j = column(k)
+        total = total + values(:, 1, k) * x(1, j) + values(:, 2, k) * x(2, j) &
+          + values(:, 3, k) * x(3, j) + values(:, 4, k) * x(4, j)
+      end do
+      y(:, i) = total
+    end do
+
+  end subroutine multiply_blocks_of_4
+
+  !> The same for plane problems.
+  pure subroutine multiply_blocks_of_3(n_node, n_block, row_start, column, values, x, y)
+    integer, intent(in) :: n_node
+    integer(gp), intent(in) :: n_block
+    integer(gp), intent(in) :: row_start(n_node + 1)
+    integer, intent(in) :: column(n_block)
+    real(wp), intent(in) :: values(3, 3, n_block)
+    real(wp), intent(in) :: x(3, n_node)
+    real(wp), intent(out) :: y(3, n_node)
+
+    real(wp) :: total(3)
+    integer :: i, j
+    integer(gp) :: k
+
+    do i = 1, n_node
+      total = 0.0_wp
+      do k = row_start(i), row_start(i + 1) - 1_gp
+        j = column(k)
+        total = total + values(:, 1, k) * x(1, j) + values(:, 2, k) * x(2, j) &
+          + values(:, 3, k) * x(3, j)
+      end do
+      y(:, i) = total
+    end do
+
+  end subroutine multiply_blocks_of_3
+
+  !> 1 where the diagonal is zero.
+  subroutine block_matrix_inverse_root_diagonal(self, halo, scale)
+    class(block_matrix_t), intent(in) :: self
+    type(halo_t), intent(in) :: halo
+    !> On every copy; shape (n_slot, n_node).
+    real(wp), contiguous, intent(out) :: scale(:, :)
+
+    integer :: c, i
+
+    do i = 1, self%n_node
+      do c = 1, self%n_slot
+        scale(c, i) = self%values(c, c, self%diagonal(i))
+      end do
+    end do
+    call halo%accumulate(scale)
+    where (abs(scale) > 0.0_wp)
+      scale = 1.0_wp / sqrt(abs(scale))
+    else where
+      scale = 1.0_wp
+    end where
+
+  end subroutine block_matrix_inverse_root_diagonal
 
   !> Cells of each node, as compressed rows.
   pure subroutine list_cells(cell_node, n_node, first, cell_of_node)

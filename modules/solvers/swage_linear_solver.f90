@@ -8,16 +8,17 @@ module swage_linear_solver
   implicit none(type, external)
   private
 
-  public :: linear_solver_t, SOLVER_SAVED
+  public :: linear_solver_t, linear_solver_load, linear_solver_save, SOLVER_SAVED
 
   !> Entry of a snapshot that says that a solver has saved itself.
   character(len=*), parameter :: SOLVER_SAVED = 'solver'
 
   !> A solver with its factors. Owns handles: call `free`; do not copy. All bindings are collective.
   type, abstract :: linear_solver_t
-    !> Factorisations and solutions since the start, for reports.
+    !> Factorisations, solutions and the iterations in them since the start, for reports.
     integer :: n_factorisation = 0
     integer :: n_solution = 0
+    integer :: n_iteration = 0
     !> Time spent on ordering, factorisation and solution.
     type(phase_times_t) :: times
   contains
@@ -47,14 +48,16 @@ module swage_linear_solver
       type(status_t), intent(inout) :: status
     end subroutine factorise_matrix
 
-    subroutine solve_system(self, matrix, right_hand_side, tolerance, solution, status)
+    subroutine solve_system(self, matrix, right_hand_side, weight, tolerance, solution, status)
       import :: block_matrix_t, linear_solver_t, status_t, wp
       implicit none(type, external)
       class(linear_solver_t), intent(inout) :: self
       !> The matrix of the last call to `factorise`.
-      type(block_matrix_t), intent(in) :: matrix
+      type(block_matrix_t), target, intent(in) :: matrix
       !> Complete on the owner of each node; shape (n_slot, n_node).
       real(wp), contiguous, intent(in) :: right_hand_side(:, :)
+      !> Of each slot of a residual in its norm, positive; shape (n_slot).
+      real(wp), contiguous, intent(in) :: weight(:)
       !> Norm of the residual that may be left, by that of the right-hand side [1]; 0: exact.
       real(wp), intent(in) :: tolerance
       !> On every copy; shape (n_slot, n_node).
@@ -78,11 +81,12 @@ module swage_linear_solver
 
 contains
 
+  !> Counters; for overrides too.
   subroutine linear_solver_save(self, snapshot)
     class(linear_solver_t), intent(in) :: self
     type(snapshot_t), intent(inout) :: snapshot
 
-    call snapshot%put(SOLVER_SAVED, [self%n_factorisation, self%n_solution])
+    call snapshot%put(SOLVER_SAVED, [self%n_factorisation, self%n_solution, self%n_iteration])
 
   end subroutine linear_solver_save
 
@@ -93,13 +97,14 @@ contains
     type(block_matrix_t), intent(inout) :: matrix
     type(status_t), intent(inout) :: status
 
-    integer :: counts(2)
+    integer :: counts(3)
 
     call matrix%clear()
-    counts = [self%n_factorisation, self%n_solution]
+    counts = [self%n_factorisation, self%n_solution, self%n_iteration]
     call snapshot%get(SOLVER_SAVED, counts, status)
     self%n_factorisation = counts(1)
     self%n_solution = counts(2)
+    self%n_iteration = counts(3)
 
   end subroutine linear_solver_load
 

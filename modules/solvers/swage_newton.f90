@@ -16,6 +16,11 @@ module swage_newton
   !> Halvings of a correction before the last one is taken for better or worse.
   integer, parameter :: MAXIMUM_HALVINGS = 4
 
+  !> Most that the solution of a correction may leave of its right-hand side, and the share of the
+  !> tolerance that it may leave of an error.
+  real(wp), parameter :: LARGEST_SHARE = 3.0e-3_wp
+  real(wp), parameter :: MARGIN = 0.1_wp
+
   !> When to stop.
   type :: newton_control_t
     !> Largest error of each field [1].
@@ -41,6 +46,8 @@ module swage_newton
     real(wp) :: errors(N_FIELD) = 0.0_wp
     !> What they are relative to: sizes of forces and volumes, positive.
     real(wp) :: scales(N_FIELD) = 1.0_wp
+    !> What the next correction may leave of its right-hand side [1], 0 for nothing.
+    real(wp) :: linear_tolerance = 1.0e-10_wp
     !> True while prescribed values wait to be imposed by the next correction.
     logical :: has_pending_values = .false.
   contains
@@ -103,7 +110,7 @@ contains
     type(status_t), intent(inout) :: status
 
     type(status_t) :: trial
-    real(wp) :: merit, scales(N_FIELD), step_length
+    real(wp) :: before(N_FIELD), merit, scales(N_FIELD), step_length
     integer :: halving, iteration, last_augmentation
     logical :: done
 
@@ -127,6 +134,10 @@ contains
 
       merit = norm2(problem%errors)
       scales = problem%scales
+      ! The first correction imposes motion: errors before it tell nothing
+      before = 0.0_wp
+      if (iteration > last_augmentation + 2) before = report%errors(:, iteration - 2)
+      problem%linear_tolerance = forcing(problem%errors, before, control%tolerance)
       call problem%correct(status)
       if (status%failed()) return
 
@@ -168,6 +179,24 @@ contains
     done = .not. self%has_pending_values .and. .not. status%failed()
 
   end subroutine accept_converged
+
+  !> How accurate the next correction must be: no more than the errors will fall by Newton's own
+  !> convergence, judged by their last fall (Eisenstat and Walker, 1996), and no more than is
+  !> wanted.
+  pure function forcing(now, before, tolerance) result(share)
+    !> Errors now and before the last correction; the latter are 0 when they tell nothing.
+    real(wp), intent(in) :: now(:)
+    real(wp), intent(in) :: before(:)
+    real(wp), intent(in) :: tolerance(:)
+    real(wp) :: share
+
+    share = LARGEST_SHARE
+    if (any(before > 0.0_wp)) then
+      share = min(share, (maxval(now / tolerance) / maxval(before / tolerance))**2)
+    end if
+    share = max(share, min(LARGEST_SHARE, MARGIN / max(maxval(now / tolerance), 1.0_wp)))
+
+  end function forcing
 
   !> Factor that keeps an error relative to its scale before the correction, where the scale has
   !> collapsed: in a body that turns without strain forces vanish with their residual, and a

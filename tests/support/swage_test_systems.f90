@@ -28,6 +28,8 @@ module swage_test_systems
   contains
     !> Fill the matrix like that of incompressible flow: stiff, coupled, and a small negative block.
     procedure :: fill => system_fill
+    !> Collective. The whole matrix anew, after a change of the values.
+    procedure :: make_dense => system_make_dense
     !> A vector of the whole mesh, on the local nodes.
     procedure :: to_local => system_to_local
     !> Collective. A vector of local nodes, of the whole mesh.
@@ -174,7 +176,7 @@ contains
         end do
       end do
     end associate
-    call make_dense(self)
+    call self%make_dense()
 
   end subroutine system_fill
 
@@ -211,9 +213,8 @@ contains
 
   end subroutine random_cell
 
-  !> Collective. The whole matrix on every rank.
-  subroutine make_dense(self)
-    type(system_t), intent(inout) :: self
+  subroutine system_make_dense(self)
+    class(system_t), intent(inout) :: self
 
     integer :: i, j, m
     integer(gp) :: k
@@ -233,7 +234,7 @@ contains
       call self%comm%sum(self%dense(:, i))
     end do
 
-  end subroutine make_dense
+  end subroutine system_make_dense
 
   pure function system_to_local(self, vector) result(values)
     class(system_t), intent(in) :: self

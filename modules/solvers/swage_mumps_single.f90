@@ -1,0 +1,16 @@
+!> Factors of a matrix in single precision, by MUMPS; see [[mumps_factor_t]].
+module swage_mumps_single
+  use swage_block_matrix, only: block_matrix_t
+  use swage_smumps_header, only: mumps => smumps, mumps_struc => smumps_struc
+  use swage_factor_layout, only: factor_layout_t, return_plan_t, UNSYMMETRIC, WITHOUT_PIVOTING
+  use swage_kinds, only: gp, rp => sp, wp
+  use swage_status, only: EXIT_SOLVER, status_t, STATUS_ERROR, STATUS_RETRY
+  use swage_text, only: text
+  implicit none(type, external)
+  private
+
+  public :: mumps_factor_t
+
+  include 'swage_mumps_factor.inc'
+
+end module swage_mumps_single
