@@ -1,5 +1,6 @@
 """Reading what Swage writes: VTKHDF results and CSV histories. Used by tools/plot and tests."""
 import csv
+import json
 import pathlib
 import re
 
@@ -59,37 +60,63 @@ class Step:
                 for name in names}
 
 
+def result_of(stem):
+    """The result file of a run, CASE.vtkhdf, or the index of its files: CASE.hdf.series."""
+    path, index = pathlib.Path(f'{stem}.vtkhdf'), pathlib.Path(f'{stem}.hdf.series')
+    return index if index.exists() and not path.exists() else path
+
+
 class Results:
-    """A result file."""
+    """A result file, or a series of files of one step each by its index."""
 
     def __init__(self, path):
         self.path = pathlib.Path(path)
-        with h5py.File(self.path, 'r') as file:
+        if self.path.suffix == '.series':
+            entries = json.loads(self.path.read_text(encoding='utf-8'))['files']
+            self._files = [self.path.with_name(entry['name']) for entry in entries]
+            self.times = [float(entry['time']) for entry in entries]
+        else:
+            self._files = [self.path]
+        with h5py.File(self._files[0] if self._files else self.path, 'r') as file:
             root = file['VTKHDF']
             self.title = attribute(file, 'title', self.path.stem)
             self.dimension = attribute(file, 'dimension').lower()
             self.length_unit = attribute(root['Points'], 'unit') if 'Points' in root else ''
-            self.time_unit = attribute(root['Steps/Values'], 'unit')
+            self.time_unit = (attribute(root['Steps/Values'], 'unit') if 'Steps' in root
+                              else attribute(file, 'time').rpartition(' ')[2])
             self.units = {name: attribute(data, 'unit') for group in ('PointData', 'CellData')
                           for name, data in root[group].items()}
             self.descriptions = {name: attribute(data, 'description')
                                  for group in ('PointData', 'CellData')
                                  for name, data in root[group].items()}
-            n_step = int(root['Steps'].attrs['NSteps'])
+            n_step = int(root['Steps'].attrs['NSteps']) if 'Steps' in root else len(self._files)
         if n_step == 0:
             raise ValueError(f'{self.path} holds no finished step')
+        self._reader = None
+        self._read = None
+        if self.path.suffix != '.series':
+            self._open(self.path)
+            information = self._reader.GetOutputInformation(0)
+            key = vtkStreamingDemandDrivenPipeline.TIME_STEPS()
+            self.times = [information.Get(key, i) for i in range(information.Length(key))]
+
+    def _open(self, path):
+        if path == self._read:
+            return
         self._reader = vtkHDFReader()
-        self._reader.SetFileName(str(self.path))
+        self._reader.SetFileName(str(path))
         self._reader.UpdateInformation()
-        information = self._reader.GetOutputInformation(0)
-        key = vtkStreamingDemandDrivenPipeline.TIME_STEPS()
-        self.times = [information.Get(key, i) for i in range(information.Length(key))]
+        self._read = path
 
     def step(self, number):
         """One step by its number, from 0; negative numbers count from the end."""
         time = self.times[number]
-        # pyvista's reader has no times, hence VTK's own
-        self._reader.UpdateTimeStep(time)
+        if self.path.suffix == '.series':
+            self._open(self._files[number])
+            self._reader.Update()
+        else:
+            # pyvista's reader has no times, hence VTK's own
+            self._reader.UpdateTimeStep(time)
         data = self._reader.GetOutputDataObject(0)
         if data.IsA('vtkPartitionedDataSet'):
             parts = [data.GetPartition(i) for i in range(data.GetNumberOfPartitions())]

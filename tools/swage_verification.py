@@ -28,6 +28,7 @@ import time
 import swage_mesh_writer
 
 Row = collections.namedtuple('Row', 'name computed reference error tolerance')
+Skip = collections.namedtuple('Skip', 'name reason')
 
 # Of the external work: what the other energies may leave of it, at any time of any run.
 ENERGY_TOLERANCE = 1e-3
@@ -99,7 +100,7 @@ class Run:
     def results(self):
         """The fields: see class Results in tools/swage_results.py (numpy arrays)."""
         import swage_results
-        return swage_results.Results(self.path('.vtkhdf'))
+        return swage_results.Results(swage_results.result_of(self.prefix))
 
 
 class Context:
@@ -147,6 +148,11 @@ class Context:
     def zero(name, error, tolerance):
         """An error that is computed as such."""
         return Row(name, float(error), 0.0, abs(float(error)), float(tolerance))
+
+    @staticmethod
+    def skip(name, reason):
+        """In place of rows that cannot be had here; it is counted apart, and said."""
+        return Skip(name, reason)
 
     @staticmethod
     def order(name, sizes, errors, expected, tolerance, two_sided=False):

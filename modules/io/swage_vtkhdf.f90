@@ -1,8 +1,9 @@
-!> Results as one VTKHDF file a run, for ParaView and VTK (9.3 or later).
+!> Results as one VTKHDF file a run, for ParaView 5.12 and VTK 9.3 or later, or as files of one step
+!> each, which older ones read, too.
 !>
 !> The file holds unstructured grids that may change in every step; each rank is a part of its own,
 !> so that nodes shared by ranks appear once a part. It knows named fields, no physics.
-!> Source: VTK file formats, VTKHDF 2.0, unstructured grid with temporal data.
+!> Source: VTK file formats, VTKHDF 2.0, unstructured grid with temporal data; 1.0 without.
 module swage_vtkhdf
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int32, int64, int8, real32
@@ -72,6 +73,8 @@ module swage_vtkhdf
     character(len=:), allocatable :: path
     !> True when real fields are stored in single precision.
     logical :: is_single = .true.
+    !> True when the file has a place for more than one step.
+    logical :: is_temporal = .true.
     logical :: is_in_step = .false.
     !> True when the tables of the mesh exist.
     logical :: has_mesh = .false.
@@ -137,7 +140,7 @@ module swage_vtkhdf
 contains
 
   !> Collective. An existing file is lost only once it could be opened for writing.
-  subroutine vtkhdf_open(self, path, comm, units, status, single)
+  subroutine vtkhdf_open(self, path, comm, units, status, single, temporal)
     class(vtkhdf_t), intent(inout) :: self
     character(len=*), intent(in) :: path
     type(comm_t), intent(in) :: comm
@@ -147,6 +150,8 @@ contains
     type(status_t), intent(inout) :: status
     !> Store real fields in single precision; true when absent. Points and times are double.
     logical, intent(in), optional :: single
+    !> False: the file is to hold one step, whose time only the caller knows. True when absent.
+    logical, intent(in), optional :: temporal
 
     logical :: broken
 
@@ -156,6 +161,8 @@ contains
     self%path = trim(path)
     self%is_single = .true.
     if (present(single)) self%is_single = single
+    self%is_temporal = .true.
+    if (present(temporal)) self%is_temporal = temporal
     call check_room(self%path, room_of(0_gp), comm, status)
     if (status%failed()) return
 
@@ -222,6 +229,7 @@ contains
     self%path = trim(path)
     self%is_single = .true.
     if (present(single)) self%is_single = single
+    self%is_temporal = .true.
     call take_fields(self, snapshot, status)
     call comm%agree(status)
     if (status%failed()) return
@@ -354,26 +362,29 @@ contains
 
     broken = .false.
     call create_group(self%file, 'VTKHDF', self%root, broken)
-    call hdf5_write_integers(self%root, 'Version', [2_gp, 0_gp], .true., broken)
+    call hdf5_write_integers(self%root, 'Version', [merge(2_gp, 1_gp, self%is_temporal), 0_gp], &
+                             .true., broken)
     call hdf5_write_text(self%root, 'Type', 'UnstructuredGrid', broken)
     call create_group(self%root, 'PointData', self%data(POINTS_OF), broken)
     call create_group(self%root, 'CellData', self%data(CELLS_OF), broken)
-    call create_group(self%root, 'Steps', self%steps, broken)
-    call create_group(self%steps, 'PointDataOffsets', self%data_offsets(POINTS_OF), broken)
-    call create_group(self%steps, 'CellDataOffsets', self%data_offsets(CELLS_OF), broken)
-    call hdf5_write_integers(self%steps, 'NSteps', [0_gp], .true., broken)
     do i = 1, size(COUNTS)
       call hdf5_create_table(self%root, trim(COUNTS(i)), H5T_STD_I64LE, LIST, MIN_CHUNK, broken)
     end do
-    call hdf5_create_table(self%steps, 'Values', H5T_IEEE_F64LE, LIST, MIN_CHUNK, broken)
-    call describe_unit(self, self%steps, 'Values', 'time', broken)
-    do i = 1, size(LISTS)
-      call hdf5_create_table(self%steps, trim(LISTS(i)), H5T_STD_I64LE, LIST, MIN_CHUNK, broken)
-    end do
-    ! VTK wants one column for each kind of cells; an unstructured grid has one kind
-    do i = 1, size(COLUMNS)
-      call hdf5_create_table(self%steps, trim(COLUMNS(i)), H5T_STD_I64LE, 1, MIN_CHUNK, broken)
-    end do
+    if (self%is_temporal) then
+      call create_group(self%root, 'Steps', self%steps, broken)
+      call create_group(self%steps, 'PointDataOffsets', self%data_offsets(POINTS_OF), broken)
+      call create_group(self%steps, 'CellDataOffsets', self%data_offsets(CELLS_OF), broken)
+      call hdf5_write_integers(self%steps, 'NSteps', [0_gp], .true., broken)
+      call hdf5_create_table(self%steps, 'Values', H5T_IEEE_F64LE, LIST, MIN_CHUNK, broken)
+      call describe_unit(self, self%steps, 'Values', 'time', broken)
+      do i = 1, size(LISTS)
+        call hdf5_create_table(self%steps, trim(LISTS(i)), H5T_STD_I64LE, LIST, MIN_CHUNK, broken)
+      end do
+      ! VTK wants one column for each kind of cells; an unstructured grid has one kind
+      do i = 1, size(COLUMNS)
+        call hdf5_create_table(self%steps, trim(COLUMNS(i)), H5T_STD_I64LE, 1, MIN_CHUNK, broken)
+      end do
+    end if
     call settle(self, 'vtkhdf_open', broken, status)
 
   end subroutine create_tables
@@ -451,7 +462,10 @@ contains
       return
     end if
     call check_mesh(points, connectivity, offsets, types, self%path, status)
-    if (.not. is_finite(time)) then
+    if (self%n_step > 0_gp .and. .not. self%is_temporal) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_begin_step', self%path// &
+                        ': the file is to hold one step only', EXIT_FILE)
+    else if (.not. is_finite(time)) then
       call status%raise(STATUS_ERROR, 'vtkhdf_begin_step', self%path// &
                         ': the time of the step is not a finite number', EXIT_FILE)
     else if (time < self%time_done) then
@@ -789,8 +803,10 @@ contains
     call hdf5_write_text(dataset, 'description', description, broken)
     call h5dclose_f(dataset, code)
     call note_code(code, broken)
-    call hdf5_create_table(self%data_offsets(support), trim(name), H5T_STD_I64LE, LIST, MIN_CHUNK, &
-                           broken)
+    if (self%is_temporal) then
+      call hdf5_create_table(self%data_offsets(support), trim(name), H5T_STD_I64LE, LIST, &
+                             MIN_CHUNK, broken)
+    end if
     call settle(self, 'vtkhdf_field', broken, status, name)
 
     n = size(self%fields)
@@ -829,8 +845,10 @@ contains
     broken = .false.
     call self%write_of_step(broken)
     call hdf5_flush(self%file, self%path, self%room_of_step(), self%comm, broken)
-    call hdf5_write_integers(self%steps, 'NSteps', [self%n_step + 1_gp], .false., broken)
-    call hdf5_flush(self%file, self%path, 0_gp, self%comm, broken)
+    if (self%is_temporal) then
+      call hdf5_write_integers(self%steps, 'NSteps', [self%n_step + 1_gp], .false., broken)
+      call hdf5_flush(self%file, self%path, 0_gp, self%comm, broken)
+    end if
     call settle(self, 'vtkhdf_end_step', broken, status)
     if (status%failed()) return
 
@@ -855,6 +873,7 @@ contains
     call write_of_part('NumberOfPoints', self%n_local(POINTS_OF))
     call write_of_part('NumberOfCells', self%n_local(CELLS_OF))
     call write_of_part('NumberOfConnectivityIds', self%n_local(CORNERS_OF))
+    if (.not. self%is_temporal) return
 
     allocate (time, source=self%time)
     call hdf5_write_rows(self%steps, 'Values', H5T_NATIVE_DOUBLE, c_loc(time), LIST, self%n_step, &

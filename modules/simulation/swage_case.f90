@@ -8,6 +8,7 @@ module swage_case
   use swage_linear_solver_registry, only: linear_solver_names, LINEAR_SOLVER_NAME_LENGTH
   use swage_mini_element, only: AXISYMMETRIC, PLANE_STRAIN, THREE_DIMENSIONAL
   use swage_newton, only: newton_control_t
+  use swage_result_series, only: INDEX_END
   use swage_status, only: status_t, STATUS_ERROR
   use swage_step_control, only: step_grid_t, MOST_CUTS
   use swage_units, only: units_create, units_t, ROOM_TEMPERATURE
@@ -65,7 +66,7 @@ module swage_case
 
   !> What `&output` says.
   type :: output_keys_t
-    !> Result files are `prefix.vtkhdf` and so on.
+    !> Result files are `prefix.csv` and so on.
     character(len=:), allocatable :: prefix
     !> Start of messages about it; empty when the input does not give it.
     character(len=:), allocatable :: title
@@ -75,8 +76,13 @@ module swage_case
     character(len=NAME_LENGTH), allocatable :: fields(:)
     !> Real fields in double precision.
     logical :: double_precision = .false.
+    !> A file for each result, `prefix_0001.hdf` and on, in place of `prefix.vtkhdf`.
+    logical :: per_step_files = .false.
     !> The group, for complaints about `fields`, which only the problem knows.
     type(group_t) :: group
+  contains
+    !> The file to open for the results.
+    procedure :: result_path => output_keys_result_path
   end type output_keys_t
 
   !> Everything that is read here; values are checked.
@@ -263,10 +269,21 @@ contains
                          'lists those there are.')
     call group%take('double_precision', output%double_precision, 'Write fields in double '// &
                     'precision: files of twice the size.')
+    call group%take('per_step_files', output%per_step_files, 'A file for each result, and an '// &
+                    'index to open them by, as ParaView 5.11 and older need it.')
     call group%take('prefix', output%prefix, 'Start of the names of all result files, relative '// &
                     'to the folder of the input file, whose name without .nml is the default.')
 
   end subroutine take_output
+
+  pure function output_keys_result_path(self) result(path)
+    class(output_keys_t), intent(in) :: self
+    character(len=:), allocatable :: path
+
+    path = self%prefix//'.vtkhdf'
+    if (self%per_step_files) path = self%prefix//INDEX_END
+
+  end function output_keys_result_path
 
   !> Record the keys of `&job` in a group made for explaining; those below do the same.
   subroutine explain_job(group)

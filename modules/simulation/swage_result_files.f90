@@ -3,17 +3,19 @@ module swage_result_files
   use swage_case, only: case_t
   use swage_comm, only: comm_t
   use swage_field_list, only: field_list_t, field_t, FIELD_NODAL
+  use swage_file_system, only: remove_file
   use swage_group, only: group_t, NAME_LENGTH
-  use swage_history, only: history_t
+  use swage_history, only: full_text, history_t
   use swage_kinds, only: gp, wp
   use swage_mechanics, only: mechanics_t
   use swage_mesh, only: mesh_t
   use swage_output_path, only: check_writable
+  use swage_result_series, only: remove_series, result_series_t
   use swage_snapshot, only: snapshot_t
   use swage_spelling, only: did_you_mean, listed
   use swage_status, only: status_t
   use swage_status_file, only: status_file_t
-  use swage_units, only: taken
+  use swage_units, only: taken, units_t
   use swage_vtkhdf, only: vtkhdf_t, VTK_TETRAHEDRON, VTK_TRIANGLE
   implicit none(type, external)
   private
@@ -31,6 +33,13 @@ module swage_result_files
     private
     type(comm_t) :: comm
     type(vtkhdf_t) :: results
+    !> Files of one step each, in place of one for all.
+    type(result_series_t) :: series
+    logical :: per_step = .false.
+    !> What every result file says of the run.
+    type(units_t) :: units
+    character(len=:), allocatable :: title, unit_system, dimension
+    logical :: is_single = .true.
     type(history_t) :: history
     type(status_file_t) :: attempts
     !> Fields to write; all when empty.
@@ -104,12 +113,14 @@ contains
       if (status%failed()) return
       call declare_columns(self, mechanics, status)
       if (status%failed()) return
-      call self%results%open(prefix//'.vtkhdf', comm, units, status, &
-                             single=.not. case%output%double_precision)
-      if (status%failed()) return
-      call self%results%describe('title', case%job%title, status)
-      call self%results%describe('units', case%job%unit_system, status)
-      call self%results%describe('dimension', case%job%dimension, status)
+      ! Results of an earlier run do not stay beside the new ones
+      if (self%per_step) then
+        call self%series%open(prefix, comm)
+        if (comm%rank == 0) call remove_file(prefix//'.vtkhdf')
+      else
+        call remove_series(prefix, comm)
+        call open_results(self, prefix//'.vtkhdf', status)
+      end if
     end associate
 
   end subroutine result_files_open
@@ -137,13 +148,16 @@ contains
       if (status%failed()) return
       call declare_columns(self, mechanics, status)
       if (status%failed()) return
-      call self%results%resume(prefix//'.vtkhdf', comm, units, snapshot, status, &
-                               single=.not. case%output%double_precision)
+      if (self%per_step) then
+        call self%series%resume(prefix, comm, snapshot, status)
+      else
+        call self%results%resume(prefix//'.vtkhdf', comm, units, snapshot, status, self%is_single)
+      end if
       if (status%failed()) return
     end associate
     call self%history%resume(snapshot, status)
     if (.not. status%failed()) call self%attempts%resume(snapshot, status)
-    if (.not. status%failed()) call self%results%rewind(status)
+    if (.not. status%failed() .and. .not. self%per_step) call self%results%rewind(status)
 
   end subroutine result_files_resume
 
@@ -156,9 +170,30 @@ contains
     call self%close()
     self%comm = comm
     self%fields = case%output%fields
+    self%per_step = case%output%per_step_files
+    self%units = case%job%units
+    self%title = case%job%title
+    self%unit_system = case%job%unit_system
+    self%dimension = case%job%dimension
+    self%is_single = .not. case%output%double_precision
     self%time_written = -huge(1.0_wp)
 
   end subroutine prepare
+
+  !> Collective. Create a result file.
+  subroutine open_results(self, path, status)
+    class(result_files_t), intent(inout) :: self
+    character(len=*), intent(in) :: path
+    type(status_t), intent(inout) :: status
+
+    call self%results%open(path, self%comm, self%units, status, self%is_single, &
+                           temporal=.not. self%per_step)
+    if (status%failed()) return
+    call self%results%describe('title', self%title, status)
+    call self%results%describe('units', self%unit_system, status)
+    call self%results%describe('dimension', self%dimension, status)
+
+  end subroutine open_results
 
   !> Columns of the history: those that every run has, and those of the problem.
   subroutine declare_columns(self, mechanics, status)
@@ -179,6 +214,22 @@ contains
 
   end subroutine declare_columns
 
+  !> Collective. Create the file of one step, which says its time.
+  subroutine open_for_step(self, time, status)
+    class(result_files_t), intent(inout) :: self
+    !> [time]
+    real(wp), intent(in) :: time
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: label
+
+    call self%units%get_label('time', label, status)
+    call open_results(self, self%series%next_path(), status)
+    if (status%failed()) return
+    call self%results%describe('time', full_text(time)//' '//label, status)
+
+  end subroutine open_for_step
+
   subroutine result_files_save(self, snapshot)
     class(result_files_t), intent(in) :: self
     type(snapshot_t), intent(inout) :: snapshot
@@ -186,7 +237,11 @@ contains
     call snapshot%put('results: written until', self%time_written)
     call self%attempts%save(snapshot)
     call self%history%save(snapshot)
-    call self%results%save(snapshot)
+    if (self%per_step) then
+      call self%series%save(snapshot)
+    else
+      call self%results%save(snapshot)
+    end if
 
   end subroutine result_files_save
 
@@ -249,6 +304,8 @@ contains
     if (.not. self%is_open .or. time <= self%time_written) return
     call draw(mechanics, points, connectivity, offsets, types)
     call mechanics%collect_fields(fields)
+    if (self%per_step) call open_for_step(self, time, status)
+    if (status%failed()) return
     call self%results%begin_step(time, points, connectivity, offsets, types, status)
     do i = 1, fields%n_field
       if (status%failed()) return
@@ -257,6 +314,10 @@ contains
     end do
     if (status%failed()) return
     call self%results%end_step(status)
+    if (self%per_step .and. .not. status%failed()) then
+      call self%results%close()
+      call self%series%add(time, status)
+    end if
     if (.not. status%failed()) self%time_written = time
 
   end subroutine result_files_write_fields

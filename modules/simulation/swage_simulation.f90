@@ -147,7 +147,7 @@ contains
     call self%mechanics%summary(problem)
     call self%log%write(problem)
     call self%log%write(steps_text(self%case))
-    call self%log%write('results '//self%case%output%prefix//'.{vtkhdf,csv,sta,log}')
+    call self%log%write('results '//self%case%output%result_path()//', .csv, .sta, .log')
     call self%begin_results(status)
     if (status%failed()) return
     call self%log%start_progress(self%get_time(), self%get_end(), unit_of_time(self%case))
@@ -555,7 +555,7 @@ contains
     call self%write(written)
     remedy = ''
     if (.not. written%failed()) then
-      remedy = '; the last converged state is in '//self%case%output%prefix//'.vtkhdf'
+      remedy = '; the last converged state is in '//self%case%output%result_path()
     end if
     if (.not. saved%failed()) then
       remedy = remedy//'; swage '//self%deck%path//' --restart goes on from it'
