@@ -90,9 +90,9 @@ contains
         inquire (file=path_of(self%prefix, i), exist=is_there)
         if (is_there) cycle
         call status%raise(STATUS_ERROR, 'result_series_resume', path_of(self%prefix, i)// &
-                          ' does not belong to the restart file: there is no such file. Bring the file '// &
-                          'back, or write new results: &restart from with another &output '// &
-                          'prefix', EXIT_FILE)
+                          ' does not belong to the restart file: there is no such file. '// &
+                          'Bring the file back, or write new results: &restart from with '// &
+                          'another &output prefix', EXIT_FILE)
         exit
       end do
       if (.not. status%failed()) call write_index(self, status)
