@@ -23,9 +23,9 @@ module swage_facet
   integer, parameter :: MAXIMUM_ITERATIONS = 20
   !> Next corner of a triangle.
   integer, parameter :: NEXT(3) = [2, 3, 1]
-  !> Largest component of a bend along its side, by the length of the side: beyond it the line
-  !> would run back at one of its ends.
-  real(wp), parameter :: LARGEST_DRIFT = 0.3_wp
+  !> Largest bend of a sharp edge, and largest component of any along its side, by the length of the
+  !> side: beyond, the line would run back at one of its ends.
+  real(wp), parameter :: LARGEST_BEND = 0.3_wp, LARGEST_DRIFT = 0.2_wp
 
 contains
 
@@ -39,7 +39,8 @@ contains
     real(wp), intent(in) :: normals_last(:, :)
     real(wp) :: bend(3)
 
-    real(wp), parameter :: SMALLEST = 1.0e-14_wp
+    !> Square of the angle between normals below which their difference is noise, 0.02 in radian.
+    real(wp), parameter :: SMALLEST = 4.0e-4_wp
 
     real(wp) :: apart(3), both(3), drift(3), first, last
 
@@ -51,10 +52,7 @@ contains
     apart = normals_first(:, 1) - normals_last(:, 1)
     first = dot_product(normals_first(:, 1), side)
     last = -dot_product(normals_last(:, 1), side)
-    bend = 0.0_wp
-    if (dot_product(both, both) > SMALLEST) then
-      bend = (first + last) / dot_product(both, both) * both
-    end if
+    bend = (first + last) / dot_product(both, both) * both
     ! Where the normals hardly differ, noise in them would be blown up
     if (dot_product(apart, apart) > SMALLEST) then
       drift = (first - last) / dot_product(apart, apart) * apart
@@ -87,7 +85,7 @@ contains
       right = right - normals_last(:, i) * dot_product(normals_last(:, i), side)
     end do
     bend = solved(matrix, right)
-    if (norm2(bend) > LARGEST_DRIFT * norm2(side)) bend = 0.0_wp
+    if (norm2(bend) > LARGEST_BEND * norm2(side)) bend = 0.0_wp
 
   end function bend_of_edge
 
