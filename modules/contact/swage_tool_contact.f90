@@ -120,6 +120,10 @@ module swage_tool_contact
     !> is held in its state.
     integer, allocatable :: n_change(:)
     logical, allocatable :: was_active(:), held(:)
+    !> True for a node in contact at the start of the step; it stays so until the iterations have
+    !> converged for the first time: then `keeping` ends when one of them pulls.
+    logical, allocatable :: touched(:)
+    logical :: keeping = .true.
     !> Force on each node, and its derivative by the node's position, of which the last is only
     !> kept for tools that ask for it [force], [force/length]; shapes (3, :), (3, 3, :).
     real(wp), allocatable :: node_force(:, :), node_stiffness(:, :, :)
@@ -204,6 +208,7 @@ contains
               contact%normal_old(3, n), contact%bond(3, n), contact%node_force(3, n), &
               contact%node_stiffness(3, 3, n), source=0.0_wp)
     allocate (contact%active(n), contact%bonded(n), contact%was_active(n), contact%held(n), &
+              contact%touched(n), &
               source=.false.)
     allocate (contact%n_change(n), source=0)
 
@@ -267,6 +272,7 @@ contains
     self%bond = self%traction_old
     self%growth = self%growth_old
     self%held = .false.
+    self%keeping = .true.
     self%n_change = 0
     self%n_augmentation = 0
     self%n_release = 0
@@ -279,6 +285,7 @@ contains
       call tool_old%project(point, penetration, normal, hessian)
       self%penetration_old(i) = penetration
       self%normal_old(:, i) = normal
+      self%touched(i) = self%multiplier(i) > 0.0_wp .or. penetration > 0.0_wp
       if (self%separation) cycle
       self%bonded(i) = self%bonded(i) .or. penetration > -TOUCHING * self%size(i)
     end do
@@ -425,8 +432,13 @@ contains
     call tool%project(x, penetration, normal, hessian)
     penalty = self%growth * self%penalty(i)
     self%penetration(i) = penetration
+    if (self%keeping .and. self%touched(i)) then
+      ! A tool that goes away lets go
+      self%touched(i) = dot_product(x_old - tool%carry(x_old), self%normal_old(:, i)) &
+        <= max(self%penetration_old(i), 0.0_wp)
+    end if
     if (.not. self%held(i)) then
-      self%active(i) = self%bonded(i) .or. &
+      self%active(i) = self%bonded(i) .or. (self%keeping .and. self%touched(i)) .or. &
         self%multiplier(i) + penalty * (penetration + ROUNDING * self%size(i)) > 0.0_wp
     end if
     self%pressure(i) = 0.0_wp
@@ -522,7 +534,8 @@ contains
     real(wp) :: penalty
 
     wrong = .false.
-    if (.not. self%held(i)) return
+    if (.not. (self%held(i) .or. (self%keeping .and. self%touched(i)))) return
+    if (self%bonded(i)) return
     penalty = self%growth * self%penalty(i)
     wrong = self%active(i) .neqv. &
       self%multiplier(i) + penalty * (self%penetration(i) + ROUNDING * self%size(i)) > 0.0_wp
@@ -549,6 +562,10 @@ contains
     gives_up = .false.
     if (measures(4) > 0.0_wp) then
       done = .false.
+      if (self%keeping) then
+        self%keeping = .false.
+        return
+      end if
       self%n_release = self%n_release + 1
       gives_up = self%n_release > MAXIMUM_RELEASES
       do i = 1, size(self%node)
