@@ -8,7 +8,10 @@ module swage_file_system
   implicit none(type, external)
   private
 
-  public :: rename_file, remove_file, set_file_size, sync_file, file_size
+  public :: rename_file, remove_file, set_file_size, sync_file, file_size, same_file
+
+  !> Longest path that the system resolves, with the character that ends it.
+  integer, parameter :: PATH_LENGTH = 4097
 
   interface
     !> POSIX: another name for a file; one that has it is replaced in the same instant.
@@ -71,6 +74,18 @@ module swage_file_system
       type(c_ptr), value, intent(in) :: stream
       integer(c_int) :: descriptor
     end function posix_fileno
+
+    !> POSIX: the path of a file without links and dots; null when there is no such file.
+    function posix_realpath(path, resolved) result(place) bind(C, name='realpath')
+      import :: c_char, c_ptr
+      implicit none(type, external)
+      ! C passes a text without its length
+      ! allow(C071)
+      character(kind=c_char), intent(in) :: path(*)
+      ! allow(C071, C072)
+      character(kind=c_char), intent(out) :: resolved(*)
+      type(c_ptr) :: place
+    end function posix_realpath
 
     !> POSIX: wait until a file is on the disk.
     function posix_fsync(descriptor) result(fault) bind(C, name='fsync')
@@ -144,5 +159,27 @@ contains
     if (is_there) inquire (file=path, size=n_byte)
 
   end function file_size
+
+  !> True when two paths lead to the same file, which is there.
+  function same_file(one, other) result(same)
+    character(len=*), intent(in) :: one
+    character(len=*), intent(in) :: other
+    logical :: same
+
+    character(kind=c_char) :: resolved(PATH_LENGTH, 2)
+    integer :: i
+    type(c_ptr) :: place(2)
+
+    resolved = c_null_char
+    place(1) = posix_realpath(one//c_null_char, resolved(:, 1))
+    place(2) = posix_realpath(other//c_null_char, resolved(:, 2))
+    same = c_associated(place(1)) .and. c_associated(place(2))
+    if (.not. same) return
+    do i = 1, PATH_LENGTH
+      same = resolved(i, 1) == resolved(i, 2)
+      if (.not. same .or. resolved(i, 1) == c_null_char) exit
+    end do
+
+  end function same_file
 
 end module swage_file_system

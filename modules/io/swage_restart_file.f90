@@ -15,7 +15,7 @@ module swage_restart_file
   use swage_checksum, only: bytes_of, checksum
   use swage_comm, only: comm_t
   use swage_disk_room, only: check_room
-  use swage_file_system, only: file_size, remove_file, rename_file, sync_file
+  use swage_file_system, only: file_size, remove_file, rename_file, same_file, sync_file
   use swage_hdf5, only: hdf5_start, note_code
   use swage_hdf5_arrays, only: hdf5_array_shape, hdf5_create_headed_file, hdf5_members, &
                                hdf5_open_file, hdf5_read_array, hdf5_write_array, MEMBER_LENGTH
@@ -29,7 +29,7 @@ module swage_restart_file
   private
 
   public :: restart_file_write, restart_file_read, restart_file_check, restart_file_find
-  public :: restart_path, previous_restart_path
+  public :: restart_path, previous_restart_path, is_restart_file_of
 
   !> Bytes in front of what HDF5 writes, and how they begin.
   integer, parameter :: HEADER_LENGTH = 512
@@ -72,6 +72,25 @@ contains
     path = trim(prefix)//'.restart.previous.h5'
 
   end function previous_restart_path
+
+  !> Collective. True when a path leads to one of the restart files of a prefix.
+  function is_restart_file_of(prefix, path, comm) result(is_one)
+    character(len=*), intent(in) :: prefix
+    character(len=*), intent(in) :: path
+    type(comm_t), intent(in) :: comm
+    logical :: is_one
+
+    integer :: answer
+
+    answer = 0
+    if (comm%rank == 0 .and. path /= '') then
+      if (same_file(path, restart_path(prefix))) answer = 1
+      if (same_file(path, previous_restart_path(prefix))) answer = 1
+    end if
+    call comm%broadcast(answer)
+    is_one = answer == 1
+
+  end function is_restart_file_of
 
   !> Collective. Write a snapshot as the last restart file of a prefix; the last one becomes the
   !> one before. Both stay as they are when the call fails.

@@ -15,7 +15,7 @@ module swage_simulation
   use swage_newton, only: newton_report_t, newton_solve
   use swage_output_path, only: check_writable
   use swage_phase_times, only: PHASE_OUTPUT
-  use swage_restart_file, only: previous_restart_path, restart_file_find, restart_file_read, &
+  use swage_restart_file, only: is_restart_file_of, restart_file_find, restart_file_read, &
                                 restart_file_write, restart_path
   use swage_result_files, only: check_field_names, result_files_t
   use swage_run_report, only: details, headline, increment_line, steps_text, tally_t, time_text, &
@@ -279,8 +279,7 @@ contains
     self%remark = ''
     title = self%case%restart%title
     associate (prefix => self%case%output%prefix)
-      self%continues = self%origin == restart_path(prefix) .or. &
-        self%origin == previous_restart_path(prefix)
+      self%continues = is_restart_file_of(prefix, self%origin, self%comm)
       if (present(restart)) then
         if (restart) then
           self%continues = .true.
