@@ -175,7 +175,7 @@ contains
 
   end subroutine take_real
 
-  !> As many real numbers as `values` has; see [[take_real]].
+  !> As many real numbers as `values` has; see `take_real`.
   pure subroutine take_reals(self, key, values, dimension, meaning, above, below, lower, upper, &
                              required)
     class(group_t), intent(inout) :: self
@@ -197,7 +197,7 @@ contains
 
   end subroutine take_reals
 
-  !> Any number of real numbers, one at least when the key is given; see [[take_real]].
+  !> Any number of real numbers, one at least when the key is given; see `take_real`.
   pure subroutine take_real_list(self, key, values, dimension, meaning, above, below, lower, &
                                  upper, required)
     class(group_t), intent(inout) :: self

@@ -340,7 +340,7 @@ contains
   !> Correct a normal by the paraboloid over its tangent plane that comes nearest to the vertices
   !> around: z = a x + b y + (c x² + 2 d x y + e y²)/2. Left as it is where they are too few.
   pure subroutine fit_paraboloid(spokes, normal)
-    !> As [[normal_of_fan]].
+    !> As `normal_of_fan`.
     real(wp), intent(in) :: spokes(:, :)
     real(wp), intent(inout) :: normal(3)
 

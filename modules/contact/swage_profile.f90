@@ -21,7 +21,7 @@ module swage_profile
     logical :: closed = .false.
     !> True when the material is to the left of the way from the first point to the last.
     logical :: material_left = .true.
-    !> True: the points are (distance from the axis, height along it); false: (x, y) in the plane
+    !> True when the points are (distance from the axis, height along it), not (x, y) in the plane
     !> at right angles to the axis.
     logical :: revolved = .false.
     !> A point of the axis, the origin of the profile [length].

@@ -545,7 +545,7 @@ contains
     type(chain_t), intent(in) :: chain
     !> The corner.
     integer, intent(in) :: i
-    !> As [[make_straight]].
+    !> As `make_straight`.
     real(wp), intent(in) :: left
     type(piece_t), intent(out) :: piece
 

@@ -90,7 +90,7 @@ module swage_mini_element
     real(wp), allocatable :: displacement_gradient(:, :, :)
     !> Strain increment turned by half of the rotation, without the bubble's mean; (6, n_cell).
     real(wp), allocatable :: linear_strain(:, :)
-    !> Bubble: inverse of K_bb (n_dim, n_dim, n_cell), K_bp (n_dim, n_vertex, n_cell) and its
+    !> Of the bubble, inverse of K_bb (n_dim, n_dim, n_cell), K_bp (n_dim, n_vertex, n_cell) and its
     !> integrated strain E (6, n_dim, n_cell).
     real(wp), allocatable :: bubble_compliance(:, :, :), bubble_pressure(:, :, :)
     real(wp), allocatable :: bubble_strain(:, :, :)
@@ -422,7 +422,7 @@ contains
     real(wp), intent(in) :: stress(3, 3)
     !> Gradients of the vertex functions at the end and the middle of the step.
     real(wp), intent(in) :: g(n, v), gm(n, v)
-    !> Deviator by the displacement gradient; see [[strain_by_gradient]].
+    !> Deviator by the displacement gradient; see `strain_by_gradient`.
     real(wp), intent(in) :: stress_change(6, 3, 3)
     real(wp), intent(inout) :: t((n + 1) * v, (n + 1) * v)
 

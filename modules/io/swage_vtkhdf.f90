@@ -150,7 +150,7 @@ contains
     type(status_t), intent(inout) :: status
     !> Store real fields in single precision; true when absent. Points and times are double.
     logical, intent(in), optional :: single
-    !> False: the file is to hold one step, whose time only the caller knows. True when absent.
+    !> False when the file is to hold one step, whose time only the caller knows; true when absent.
     logical, intent(in), optional :: temporal
 
     logical :: broken

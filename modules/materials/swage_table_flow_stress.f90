@@ -81,7 +81,7 @@ contains
     type(group_t), intent(inout) :: group
     type(material_sources_t), intent(in) :: sources
     character(len=*), intent(in) :: file
-    !> In: as taken from the group, where they must not be given.
+    !> As taken from the group on entry, where they must not be given.
     real(wp), allocatable, intent(inout) :: strain(:), stress(:)
 
     character(len=COLUMN_NAME_LENGTH), allocatable :: names(:)

@@ -185,7 +185,7 @@ contains
     real(wp), intent(in) :: scale
     type(comm_t), intent(in) :: comm
     type(mesh_t), intent(inout) :: mesh
-    !> In: outcome of the reading on rank 0. Out: the same on all ranks.
+    !> Outcome of the reading on rank 0 on entry, the same on all ranks on return.
     type(status_t), intent(inout) :: status
 
     type(whole_mesh_t) :: whole

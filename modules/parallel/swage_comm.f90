@@ -72,7 +72,7 @@ contains
   !> way and none is left waiting in the next collective.
   subroutine comm_agree(self, status)
     class(comm_t), intent(in) :: self
-    !> In: this rank's outcome. Out: the common one.
+    !> This rank's outcome on entry, the common one on return.
     type(status_t), intent(inout) :: status
 
     integer :: mine, source, worst

@@ -1,11 +1,12 @@
 !> Start and end of MPI, for programs; a library that runs inside another program uses its own.
 module swage_environment
-  use mpi_f08, only: MPI_COMM_WORLD, MPI_Finalize, MPI_Finalized, MPI_Init, MPI_Initialized
+  use mpi_f08, only: MPI_Comm, MPI_COMM_WORLD, MPI_Finalize, MPI_Finalized, MPI_Init, &
+                     MPI_Initialized
   use swage_comm, only: comm_create, comm_t
   implicit none(type, external)
   private
 
-  public :: environment_start, environment_stop
+  public :: environment_start, environment_stop, comm_of_handle
 
 contains
 
@@ -31,5 +32,18 @@ contains
     if (.not. is_stopped) call MPI_Finalize()
 
   end subroutine environment_stop
+
+  !> Wrap a communicator that another language hands over.
+  function comm_of_handle(handle) result(comm)
+    !> What `MPI_Comm_c2f` gives.
+    integer, intent(in) :: handle
+    type(comm_t) :: comm
+
+    type(MPI_Comm) :: wrapped
+
+    wrapped%mpi_val = handle
+    comm = comm_create(wrapped)
+
+  end function comm_of_handle
 
 end module swage_environment

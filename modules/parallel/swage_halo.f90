@@ -78,7 +78,7 @@ contains
   !> the same every time, and sends the result to the copies, so that all have the same bits.
   subroutine halo_accumulate(self, values)
     class(halo_t), intent(in) :: self
-    !> In: this rank's contributions; out: sums. Shape (n_component, n_node).
+    !> This rank's contributions on entry, sums on return; shape (n_component, n_node).
     real(wp), contiguous, intent(inout) :: values(:, :)
 
     real(wp), allocatable :: received(:), sent(:)
@@ -101,7 +101,7 @@ contains
 
   subroutine halo_update(self, values)
     class(halo_t), intent(in) :: self
-    !> In: right on owned nodes; out: on all. Shape (n_component, n_node).
+    !> Right on owned nodes on entry, on all on return; shape (n_component, n_node).
     real(wp), contiguous, intent(inout) :: values(:, :)
 
     real(wp), allocatable :: received(:), sent(:)

@@ -12,9 +12,9 @@ module swage_partition
 
   public :: partition_cells, order_nodes
 
-  !> METIS: success.
+  !> What METIS returns for success.
   integer(c_int), parameter :: METIS_OK = 1_c_int
-  !> METIS: memory ran out.
+  !> What METIS returns when memory ran out.
   integer(c_int), parameter :: METIS_ERROR_MEMORY = -3_c_int
 
   interface

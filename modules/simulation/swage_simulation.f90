@@ -643,7 +643,7 @@ contains
   !> After a failure the log says so, and the exit code of `status` stays what it was.
   subroutine simulation_finish(self, status)
     class(simulation_t), intent(inout) :: self
-    !> In: how the run went. `STATUS_ERROR` with `EXIT_FILE` when the end cannot be written.
+    !> On entry, how the run went. `STATUS_ERROR` with `EXIT_FILE` when the end cannot be written.
     type(status_t), intent(inout) :: status
 
     if (self%is_running) then

@@ -68,7 +68,7 @@ contains
 
   end function linear_solver_names
 
-  !> Collective. Make the solver of a name; see [[create_solver]].
+  !> Collective. Make the solver of a name; see `create_solver`.
   subroutine linear_solver_create(name, comm, halo, unknowns, matrix, n_negative, solver, status)
     !> One of [[linear_solver_names]].
     character(len=*), intent(in) :: name
