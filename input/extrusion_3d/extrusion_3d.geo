@@ -1,0 +1,36 @@
+// A quarter of the billet; it fills the die of die.geo down to its throat and a little beyond.
+SetFactory("OpenCASCADE");
+R = 15; r = 10; f = 8; angle = Pi/6; entry = 20;
+cut = f*Tan(angle/2);
+throat = entry - (R - r)/Tan(angle) - cut;
+top = 36; front = throat - 4;
+Point(1) = {0, 0, front};
+Point(2) = {r, 0, front};
+Point(3) = {r, 0, throat};
+Point(4) = {r + f, 0, throat};
+Point(5) = {r + f - f*Cos(angle), 0, throat + f*Sin(angle)};
+Point(6) = {R - cut*Sin(angle), 0, entry - cut*Cos(angle)};
+Point(7) = {R - f, 0, entry + cut};
+Point(8) = {R, 0, entry + cut};
+Point(9) = {R, 0, top};
+Point(10) = {0, 0, top};
+Line(1) = {1, 2};
+Line(2) = {2, 3};
+Circle(3) = {3, 4, 5};
+Line(4) = {5, 6};
+Circle(5) = {6, 7, 8};
+Line(6) = {8, 9};
+Line(7) = {9, 10};
+Line(8) = {10, 1};
+Curve Loop(1) = {1:8};
+Plane Surface(1) = {1};
+// Surfaces from the lines 1 to 7 come after volume, and the section at the other end last
+out[] = Extrude {{0, 0, 1}, {0, 0, 0}, Pi/2} { Surface{1}; };
+Physical Volume("billet") = {out[1]};
+Physical Surface("ymin") = {1};
+Physical Surface("xmin") = {out[0]};
+Physical Surface("front") = {out[2]};
+Physical Surface("side") = {out[3], out[4], out[5], out[6], out[7]};
+Physical Surface("rear") = {out[8]};
+Mesh.MeshSizeMin = 1.6;
+Mesh.MeshSizeMax = 1.6;
