@@ -17,34 +17,28 @@
 !> incompressibility, imposed in the mean around nodes, would let them.
 !>
 !> Fixed geometry (small strain) is the same element without spin, turning and geometric terms.
+!>
+!> Cells are computed side by side, see [[swage_cell_geometry]]. Two identities save a third of the
+!> work: the vertex functions add up to one, so rows and columns of the first vertex are minus the
+!> sum of the others, but for the hoop strain of axial symmetry, which is alike for all vertices.
 module swage_mini_element
+  use swage_cell_geometry, only: AXISYMMETRIC, find_gradients, THREE_DIMENSIONAL
+  use swage_cell_strain, only: add_spin, add_turning, find_axes, find_displacement_gradient, &
+                               find_rotation, find_spin_rates, find_strain_derivative, &
+                               find_symmetric_part
   use swage_kinds, only: wp
-  use swage_mandel, only: mandel_from_matrix, matrix_from_mandel, rotated, SQRT2
-  use swage_point_batch, only: point_batch_t
+  use swage_mandel, only: rotate_tensors, SQRT2
+  use swage_mini_bubble, only: add_bubble_force, add_bubble_strain, find_bubble_blocks, move_bubble
+  use swage_point_batch, only: LANES, point_batch_t
   implicit none(type, external)
   private
 
-  public :: mini_batch_t, mini_batch_create, cell_gradients, cell_volume, bubble_blocks
-  public :: PLANE_STRAIN, AXISYMMETRIC, THREE_DIMENSIONAL
+  public :: mini_batch_t, mini_batch_create
 
-  !> Kinds of analysis.
-  integer, parameter :: PLANE_STRAIN = 1
-  integer, parameter :: AXISYMMETRIC = 2
-  integer, parameter :: THREE_DIMENSIONAL = 3
+  real(wp), parameter :: ROOT = 1.0_wp / SQRT2
 
-  real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
-  !> Integrals of the bubble b over the cell, by its measure: of b, of grad b ⊗ grad b by the sum
-  !> of grad λ ⊗ grad λ, and of b².
-  real(wp), parameter :: BUBBLE_MEAN(2:3) = [9.0_wp / 20.0_wp, 32.0_wp / 105.0_wp]
-  real(wp), parameter :: BUBBLE_STIFFNESS(2:3) = [81.0_wp / 20.0_wp, 4096.0_wp / 945.0_wp]
-  real(wp), parameter :: BUBBLE_SQUARE_2D = 81.0_wp / 280.0_wp
-  real(wp), parameter :: IDENTITY(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
-                                                   0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
-  !> Mandel row of a component.
-  integer, parameter :: ROW(3, 3) = reshape([1, 6, 5, 6, 2, 4, 5, 4, 3], [3, 3])
-
-  !> A batch of cells of one material: what is gathered, what is computed. Made once for the
-  !> largest batch and reused; loops run to `n_cell`.
+  !> Up to `LANES` cells of one material: what is gathered, what is computed. Room that has no cell
+  !> repeats the last one; in 2D the third component and the fourth vertex are zero.
   type :: mini_batch_t
     !> `PLANE_STRAIN`, `AXISYMMETRIC` or `THREE_DIMENSIONAL`.
     integer :: kind = THREE_DIMENSIONAL
@@ -60,55 +54,66 @@ module swage_mini_element
 
     ! In, gathered by the caller
 
-    !> Coordinates at the start of the step [length]; shape (n_dim, n_vertex, n_cell).
-    real(wp), allocatable :: coordinates(:, :, :)
-    !> Displacement increment [length]; shape (n_dim, n_vertex, n_cell).
-    real(wp), allocatable :: displacement(:, :, :)
-    !> Pressure at both ends of the step [stress]; shape (n_vertex, n_cell).
-    real(wp), allocatable :: pressure_old(:, :), pressure_new(:, :)
-    !> Deviator at the start of the step, Mandel [stress]; shape (6, n_cell).
-    real(wp), allocatable :: deviator_old(:, :)
-    !> ln(V/V0) at the start of the step [1]; shape (n_cell).
-    real(wp), allocatable :: log_volume_old(:)
-    !> Secant 2µ and θ of the last step, and the grad-div modulus [stress, 1, stress];
-    !> shape (n_cell).
-    real(wp), allocatable :: bubble_modulus(:), relaxation(:), grad_div_modulus(:)
+    !> Coordinates at the start of the step [length], by cell, component and vertex.
+    real(wp) :: coordinates(LANES, 3, 4) = 0.0_wp
+    !> Displacement increment [length], likewise.
+    real(wp) :: displacement(LANES, 3, 4) = 0.0_wp
+    !> Pressure at both ends of the step [stress], by cell and vertex.
+    real(wp) :: pressure_old(LANES, 4) = 0.0_wp
+    real(wp) :: pressure_new(LANES, 4) = 0.0_wp
+    !> Deviator at the start of the step, Mandel [stress].
+    real(wp) :: deviator_old(LANES, 6) = 0.0_wp
+    !> ln(V/V0) at the start of the step [1].
+    real(wp) :: log_volume_old(LANES) = 0.0_wp
+    !> Secant 2µ and θ of the last step, and the grad-div modulus [stress, 1, stress].
+    real(wp) :: bubble_modulus(LANES) = 1.0_wp
+    real(wp) :: relaxation(LANES) = 0.0_wp
+    real(wp) :: grad_div_modulus(LANES) = 0.0_wp
 
     ! Computed by `start`
 
     !> Volume at the start, the middle and the end of the step [length^3]: per unit thickness in
-    !> plane strain, of the full turn in axial symmetry; shape (n_cell).
-    real(wp), allocatable :: volume_old(:), volume_mid(:), volume_new(:)
-    !> ln(V/V0) at the end of the step [1]; shape (n_cell).
-    real(wp), allocatable :: log_volume_new(:)
-    !> Gradients of the vertex functions [1/length]; shape (n_dim, n_vertex, n_cell).
-    real(wp), allocatable :: gradient_old(:, :, :), gradient_mid(:, :, :), gradient_new(:, :, :)
-    !> Hoop strain of a unit radial displacement of one vertex [1/length], 0 unless axisymmetric;
-    !> shape (n_cell).
-    real(wp), allocatable :: hoop_old(:), hoop_mid(:), hoop_new(:)
-    !> Gradient of the displacement increment at the middle [1]; shape (3, 3, n_cell).
-    real(wp), allocatable :: displacement_gradient(:, :, :)
-    !> Strain increment turned by half of the rotation, without the bubble's mean; (6, n_cell).
-    real(wp), allocatable :: linear_strain(:, :)
-    !> Of the bubble, inverse of K_bb (n_dim, n_dim, n_cell), K_bp (n_dim, n_vertex, n_cell) and its
-    !> integrated strain E (6, n_dim, n_cell).
-    real(wp), allocatable :: bubble_compliance(:, :, :), bubble_pressure(:, :, :)
-    real(wp), allocatable :: bubble_strain(:, :, :)
-    !> Bubble displacement of the step [length]; shape (n_dim, n_cell).
-    real(wp), allocatable :: bubble(:, :)
+    !> plane strain, of the full turn in axial symmetry.
+    real(wp) :: volume_old(LANES) = 0.0_wp
+    real(wp) :: volume_mid(LANES) = 0.0_wp
+    real(wp) :: volume_new(LANES) = 0.0_wp
+    !> ln(V/V0) at the end of the step [1].
+    real(wp) :: log_volume_new(LANES) = 0.0_wp
+    !> Gradients of the vertex functions [1/length], by cell, component and vertex.
+    real(wp) :: gradient_old(LANES, 3, 4) = 0.0_wp
+    real(wp) :: gradient_mid(LANES, 3, 4) = 0.0_wp
+    real(wp) :: gradient_new(LANES, 3, 4) = 0.0_wp
+    !> Hoop strain of a unit radial displacement of one vertex [1/length], 0 unless axisymmetric.
+    real(wp) :: hoop_old(LANES) = 0.0_wp
+    real(wp) :: hoop_mid(LANES) = 0.0_wp
+    real(wp) :: hoop_new(LANES) = 0.0_wp
+    !> Gradient of the displacement increment at the middle [1].
+    real(wp) :: displacement_gradient(LANES, 3, 3) = 0.0_wp
+    !> Axial vector of half of the spin, and half of the rotation.
+    real(wp) :: axial(LANES, 3) = 0.0_wp
+    real(wp) :: half_rotation(LANES, 3, 3) = 0.0_wp
+    !> Strain increment turned by half of the rotation, without the bubble's mean, Mandel.
+    real(wp) :: linear_strain(LANES, 6) = 0.0_wp
+    !> Blocks of the bubble; see [[find_bubble_blocks]].
+    real(wp) :: bubble_compliance(LANES, 3, 3) = 0.0_wp
+    real(wp) :: bubble_pressure(LANES, 3, 4) = 0.0_wp
+    real(wp) :: bubble_moment(LANES) = 0.0_wp
+    !> Bubble displacement of the step [length].
+    real(wp) :: bubble(LANES, 3) = 0.0_wp
     !> First cell of the batch that is inverted at the middle or the end of the step; 0 if none.
+    !> Nothing else has been computed then.
     integer :: inverted = 0
 
     ! Computed by `finish`
 
-    !> Internal forces, then the volume equation; shape (n_dim + 1, n_vertex, n_cell).
-    real(wp), allocatable :: residual(:, :, :)
-    !> Derivative of the residual, unknowns vertex by vertex; shape (n, n, n_cell).
-    real(wp), allocatable :: tangent(:, :, :)
-    !> Mean Cauchy stress, negative of the cell's pressure [stress]; shape (n_cell).
-    real(wp), allocatable :: mean_stress(:)
+    !> Internal forces, then the volume equation in row n_dim + 1, by cell, row and vertex.
+    real(wp) :: residual(LANES, 4, 4) = 0.0_wp
+    !> Derivative of the residual by the unknowns, both vertex by vertex; (n_dim + 1)^2 of them.
+    real(wp) :: tangent(LANES, 16, 16) = 0.0_wp
+    !> Mean Cauchy stress, negative of the cell's pressure [stress].
+    real(wp) :: mean_stress(LANES) = 0.0_wp
   contains
-    !> Kinematics: fill the inputs of the law.
+    !> Fill the inputs of the law, the kinematics of the step.
     procedure :: start => mini_batch_start
     !> Residual, and tangent when asked for, after the law has answered.
     procedure :: finish => mini_batch_finish
@@ -116,41 +121,17 @@ module swage_mini_element
 
 contains
 
-  !> Room for batches of up to `capacity` cells.
-  pure subroutine mini_batch_create(kind, fixed_geometry, capacity, batch)
+  !> An empty batch.
+  pure subroutine mini_batch_create(kind, fixed_geometry, batch)
     !> `PLANE_STRAIN`, `AXISYMMETRIC` or `THREE_DIMENSIONAL`.
     integer, intent(in) :: kind
     logical, intent(in) :: fixed_geometry
-    integer, intent(in) :: capacity
     type(mini_batch_t), intent(out) :: batch
 
-    integer :: m, n, v
-
-    n = merge(3, 2, kind == THREE_DIMENSIONAL)
-    v = n + 1
-    m = v * (n + 1)
     batch%kind = kind
-    batch%n_dim = n
-    batch%n_vertex = v
+    batch%n_dim = merge(3, 2, kind == THREE_DIMENSIONAL)
+    batch%n_vertex = batch%n_dim + 1
     batch%fixed_geometry = fixed_geometry
-    allocate (batch%coordinates(n, v, capacity), batch%displacement(n, v, capacity), &
-              batch%gradient_old(n, v, capacity), batch%gradient_mid(n, v, capacity), &
-              batch%gradient_new(n, v, capacity), batch%bubble_pressure(n, v, capacity), &
-              source=0.0_wp)
-    allocate (batch%pressure_old(v, capacity), batch%pressure_new(v, capacity), source=0.0_wp)
-    allocate (batch%deviator_old(6, capacity), batch%linear_strain(6, capacity), source=0.0_wp)
-    allocate (batch%log_volume_old(capacity), batch%log_volume_new(capacity), &
-              batch%bubble_modulus(capacity), batch%relaxation(capacity), &
-              batch%grad_div_modulus(capacity), batch%volume_old(capacity), &
-              batch%volume_mid(capacity), batch%volume_new(capacity), batch%hoop_old(capacity), &
-              batch%hoop_mid(capacity), batch%hoop_new(capacity), batch%mean_stress(capacity), &
-              source=0.0_wp)
-    allocate (batch%displacement_gradient(3, 3, capacity), source=0.0_wp)
-    allocate (batch%bubble_compliance(n, n, capacity), source=0.0_wp)
-    allocate (batch%bubble_strain(6, n, capacity), source=0.0_wp)
-    allocate (batch%bubble(n, capacity), source=0.0_wp)
-    allocate (batch%residual(n + 1, v, capacity), source=0.0_wp)
-    allocate (batch%tangent(m, m, capacity), source=0.0_wp)
 
   end subroutine mini_batch_create
 
@@ -158,100 +139,164 @@ contains
   !> the law's inputs in `points`, all but its state, time and temperature.
   pure subroutine mini_batch_start(self, points)
     class(mini_batch_t), intent(inout) :: self
+    !> Made for `LANES` points.
     type(point_batch_t), intent(inout) :: points
 
-    real(wp) :: mean_stress, trace
-    integer :: i
+    call repeat_last(self)
+    call find_gradients(self%kind, self%coordinates, self%displacement, 0.0_wp, &
+                        self%gradient_old, self%hoop_old, self%volume_old)
+    if (self%fixed_geometry) then
+      self%gradient_mid = self%gradient_old
+      self%gradient_new = self%gradient_old
+      self%hoop_mid = self%hoop_old
+      self%hoop_new = self%hoop_old
+      self%volume_mid = self%volume_old
+      self%volume_new = self%volume_old
+    else
+      call find_gradients(self%kind, self%coordinates, self%displacement, 0.5_wp, &
+                          self%gradient_mid, self%hoop_mid, self%volume_mid)
+      call find_gradients(self%kind, self%coordinates, self%displacement, 1.0_wp, &
+                          self%gradient_new, self%hoop_new, self%volume_new)
+    end if
+    self%inverted = find_inverted(self)
+    if (self%inverted > 0) return
 
-    self%inverted = 0
-    do i = 1, self%n_cell
-      associate (x => self%coordinates(:, :, i), u => self%displacement(:, :, i), &
-                 l => self%displacement_gradient(:, :, i))
+    call find_displacement_gradient(self%displacement, self%gradient_mid, self%hoop_mid, &
+                                    self%displacement_gradient)
+    if (self%fixed_geometry) then
+      call find_symmetric_part(self%displacement_gradient, self%linear_strain)
+      self%axial = 0.0_wp
+      call set_identity(self%half_rotation)
+      call set_identity(points%rotation_increment)
+      self%log_volume_new = self%log_volume_old + self%linear_strain(:, 1) &
+        + self%linear_strain(:, 2) + self%linear_strain(:, 3)
+    else
+      call find_rotation(self%displacement_gradient, self%axial, self%half_rotation, &
+                         points%rotation_increment, self%linear_strain)
+      self%log_volume_new = self%log_volume_old + log(self%volume_new / self%volume_old)
+    end if
 
-        call cell_gradients(self%kind, x, self%gradient_old(:, :, i), self%hoop_old(i), &
-                            self%volume_old(i))
-        if (self%fixed_geometry) then
-          self%gradient_mid(:, :, i) = self%gradient_old(:, :, i)
-          self%gradient_new(:, :, i) = self%gradient_old(:, :, i)
-          self%hoop_mid(i) = self%hoop_old(i)
-          self%hoop_new(i) = self%hoop_old(i)
-          self%volume_mid(i) = self%volume_old(i)
-          self%volume_new(i) = self%volume_old(i)
-        else
-          call cell_gradients(self%kind, x + 0.5_wp * u, self%gradient_mid(:, :, i), &
-                              self%hoop_mid(i), self%volume_mid(i))
-          call cell_gradients(self%kind, x + u, self%gradient_new(:, :, i), self%hoop_new(i), &
-                              self%volume_new(i))
-          if (.not. (self%volume_mid(i) > 0.0_wp .and. self%volume_new(i) > 0.0_wp)) then
-            if (self%inverted == 0) self%inverted = i
-            ! Any finite numbers do: the caller cuts the step
-            self%gradient_mid(:, :, i) = self%gradient_old(:, :, i)
-            self%gradient_new(:, :, i) = self%gradient_old(:, :, i)
-            self%hoop_mid(i) = self%hoop_old(i)
-            self%hoop_new(i) = self%hoop_old(i)
-            self%volume_mid(i) = self%volume_old(i)
-            self%volume_new(i) = self%volume_old(i)
-          end if
-        end if
-
-        call displacement_gradient(u, self%gradient_mid(:, :, i), self%hoop_mid(i), l)
-        trace = l(1, 1) + l(2, 2) + l(3, 3)
-        if (self%fixed_geometry) then
-          self%log_volume_new(i) = self%log_volume_old(i) + trace
-          points%rotation_increment(:, :, i) = IDENTITY
-          self%linear_strain(:, i) = mandel_from_matrix(l)
-        else
-          self%log_volume_new(i) = self%log_volume_old(i) &
-            + log(self%volume_new(i) / self%volume_old(i))
-          call turn(l, points%rotation_increment(:, :, i), self%linear_strain(:, i))
-        end if
-
-        call bubble_blocks(self%kind, self%gradient_old(:, :, i), self%hoop_old(i), &
-                           self%volume_old(i), &
-                           self%bubble_modulus(i), self%bubble_compliance(:, :, i), &
-                           self%bubble_pressure(:, :, i), self%bubble_strain(:, :, i))
-        call solve_bubble(self, i)
-        points%strain_increment(:, i) = self%linear_strain(:, i)
-        if (self%kind == AXISYMMETRIC) then
-          points%strain_increment(:, i) = points%strain_increment(:, i) &
-            + matmul(self%bubble_strain(:, :, i), self%bubble(:, i)) / self%volume_old(i)
-        end if
-
-        mean_stress = -sum(self%pressure_old(:, i)) / self%n_vertex
-        mean_stress = mean_stress + self%grad_div_modulus(i) &
-          * (self%log_volume_old(i) - self%inverse_bulk_modulus * mean_stress)
-        points%stress_old(:, i) = self%deviator_old(:, i)
-        if (.not. self%fixed_geometry) then
-          points%stress_old(:, i) = rotated(points%stress_old(:, i), &
-                                            points%rotation_increment(:, :, i))
-        end if
-        points%stress_old(1:3, i) = points%stress_old(1:3, i) + mean_stress
-
-      end associate
-    end do
+    call find_bubble_blocks(self%kind, self%gradient_old, self%hoop_old, self%volume_old, &
+                            self%bubble_modulus, self%bubble_compliance, self%bubble_pressure, &
+                            self%bubble_moment)
+    call solve_bubble(self)
+    call set_strain(self, points%strain_increment)
+    call set_stress(self, points%rotation_increment, points%stress_old)
 
   end subroutine mini_batch_start
 
+  pure subroutine set_identity(q)
+    real(wp), intent(out) :: q(LANES, 3, 3)
+
+    integer :: j
+
+    q = 0.0_wp
+    do j = 1, 3
+      q(:, j, j) = 1.0_wp
+    end do
+
+  end subroutine set_identity
+
+  !> Fill the room that has no cell with the last one.
+  pure subroutine repeat_last(self)
+    type(mini_batch_t), intent(inout) :: self
+
+    integer :: i
+
+    do i = self%n_cell + 1, LANES
+      self%coordinates(i, :, :) = self%coordinates(self%n_cell, :, :)
+      self%displacement(i, :, :) = self%displacement(self%n_cell, :, :)
+      self%pressure_old(i, :) = self%pressure_old(self%n_cell, :)
+      self%pressure_new(i, :) = self%pressure_new(self%n_cell, :)
+      self%deviator_old(i, :) = self%deviator_old(self%n_cell, :)
+      self%log_volume_old(i) = self%log_volume_old(self%n_cell)
+      self%bubble_modulus(i) = self%bubble_modulus(self%n_cell)
+      self%relaxation(i) = self%relaxation(self%n_cell)
+      self%grad_div_modulus(i) = self%grad_div_modulus(self%n_cell)
+    end do
+
+  end subroutine repeat_last
+
+  !> First cell that is inverted at the middle or the end of the step, or 0.
+  pure function find_inverted(self) result(first)
+    type(mini_batch_t), intent(in) :: self
+    integer :: first
+
+    integer :: i
+
+    first = 0
+    do i = 1, self%n_cell
+      if (self%volume_mid(i) > 0.0_wp .and. self%volume_new(i) > 0.0_wp) cycle
+      first = i
+      return
+    end do
+
+  end function find_inverted
+
   !> Bubble displacement from the linear strain and the pressure, with the frozen modulus.
-  pure subroutine solve_bubble(self, i)
-    class(mini_batch_t), intent(inout) :: self
-    integer, intent(in) :: i
+  pure subroutine solve_bubble(self)
+    type(mini_batch_t), intent(inout) :: self
 
-    real(wp) :: force(self%n_dim)
-    integer :: v
+    real(wp) :: factor(LANES), force(LANES, 3)
+    integer :: i, j
 
-    force = 0.0_wp
-    do v = 1, self%n_vertex
-      force = force + self%bubble_pressure(:, v, i) &
-        * (self%pressure_new(v, i) - self%relaxation(i) * self%pressure_old(v, i))
+    do j = 1, 3
+      do i = 1, LANES
+        force(i, j) = self%bubble_pressure(i, j, 1) &
+          * (self%pressure_new(i, 1) - self%relaxation(i) * self%pressure_old(i, 1)) &
+          + self%bubble_pressure(i, j, 2) &
+          * (self%pressure_new(i, 2) - self%relaxation(i) * self%pressure_old(i, 2)) &
+          + self%bubble_pressure(i, j, 3) &
+          * (self%pressure_new(i, 3) - self%relaxation(i) * self%pressure_old(i, 3)) &
+          + self%bubble_pressure(i, j, 4) &
+          * (self%pressure_new(i, 4) - self%relaxation(i) * self%pressure_old(i, 4))
+      end do
     end do
     if (self%kind == AXISYMMETRIC) then
-      force = force + self%bubble_modulus(i) &
-        * matmul(self%linear_strain(:, i), self%bubble_strain(:, :, i))
+      call add_bubble_force(self%bubble_moment, self%bubble_modulus, self%linear_strain, force)
     end if
-    self%bubble(:, i) = -self%bubble_factor * matmul(self%bubble_compliance(:, :, i), force)
+    factor = self%bubble_factor
+    call move_bubble(factor, self%bubble_compliance, force, self%bubble)
 
   end subroutine solve_bubble
+
+  !> The strain increment that the law sees.
+  pure subroutine set_strain(self, strain_increment)
+    type(mini_batch_t), intent(in) :: self
+    real(wp), intent(out) :: strain_increment(LANES, 6)
+
+    real(wp) :: weight(LANES)
+
+    strain_increment = self%linear_strain
+    if (self%kind == AXISYMMETRIC) then
+      weight = 1.0_wp / self%volume_old
+      call add_bubble_strain(self%bubble_moment, weight, self%bubble, strain_increment)
+    end if
+
+  end subroutine set_strain
+
+  !> The old stress, turned, with its pressure.
+  pure subroutine set_stress(self, rotation, stress_old)
+    type(mini_batch_t), intent(in) :: self
+    real(wp), intent(in) :: rotation(LANES, 3, 3)
+    real(wp), intent(out) :: stress_old(LANES, 6)
+
+    real(wp) :: mean_stress, pressure
+    integer :: i
+
+    stress_old = self%deviator_old
+    if (.not. self%fixed_geometry) call rotate_tensors(LANES, rotation, stress_old)
+    do i = 1, LANES
+      pressure = (self%pressure_old(i, 1) + self%pressure_old(i, 2) + self%pressure_old(i, 3) &
+                  + self%pressure_old(i, 4)) / self%n_vertex
+      mean_stress = self%grad_div_modulus(i) &
+        * (self%log_volume_old(i) + self%inverse_bulk_modulus * pressure) - pressure
+      stress_old(i, 1) = stress_old(i, 1) + mean_stress
+      stress_old(i, 2) = stress_old(i, 2) + mean_stress
+      stress_old(i, 3) = stress_old(i, 3) + mean_stress
+    end do
+
+  end subroutine set_stress
 
   !> Equilibrium and volume equations of the cells, and their exact derivative.
   pure subroutine mini_batch_finish(self, points, with_tangent)
@@ -260,524 +305,463 @@ contains
     type(point_batch_t), intent(in) :: points
     logical, intent(in) :: with_tangent
 
-    real(wp) :: elastic_change(self%n_vertex), mass, pressure, reference_volume, stress(3, 3), &
-      volume_change
-    integer :: i, v
+    !> Forces without those of the hoop stress, and the hoop stress times the volume.
+    real(wp) :: force(LANES, 3, 4), hoop_force(LANES)
+    !> Mass matrix of the vertex functions by 1 + δ, and the relative volumes exp(-p/κ).
+    real(wp) :: mass(LANES), relative_volume(LANES, 4)
 
-    do i = 1, self%n_cell
-
-      pressure = sum(self%pressure_new(:, i)) / self%n_vertex
-      self%mean_stress(i) = self%grad_div_modulus(i) &
-        * (self%log_volume_new(i) &
-           + self%inverse_bulk_modulus * sum(self%pressure_old(:, i)) / self%n_vertex) - pressure
-      stress = matrix_from_mandel(points%deviatoric_stress(:, i)) + self%mean_stress(i) * IDENTITY
-
-      volume_change = self%volume_new(i) - self%volume_old(i)
-      if (self%fixed_geometry) then
-        volume_change = self%volume_old(i) &
-          * (self%log_volume_new(i) - self%log_volume_old(i))
-      end if
-      ! Volume lost to the pressure, by the reference volume: of V0 exp(-p/kappa) exactly, so that
-      ! the increments of all steps add up to a function of the pressure, and mass is kept
-      reference_volume = self%volume_old(i)
-      elastic_change = self%inverse_bulk_modulus &
-        * (self%pressure_new(:, i) - self%pressure_old(:, i))
-      if (.not. self%fixed_geometry) then
-        reference_volume = reference_volume * exp(-self%log_volume_old(i))
-        elastic_change = exp(-self%inverse_bulk_modulus * self%pressure_old(:, i)) &
-          - exp(-self%inverse_bulk_modulus * self%pressure_new(:, i))
-      end if
-      ! Mass matrix of the vertex functions: (1 + δ) measure / ((n + 1) (n + 2))
-      mass = reference_volume / ((self%n_dim + 1) * (self%n_dim + 2))
-
-      do v = 1, self%n_vertex
-        self%residual(:self%n_dim, v, i) = self%volume_new(i) &
-          * matmul(stress(:self%n_dim, :self%n_dim), self%gradient_new(:, v, i))
-        self%residual(1, v, i) = self%residual(1, v, i) &
-          + self%volume_new(i) * stress(3, 3) * self%hoop_new(i)
-        self%residual(self%n_dim + 1, v, i) = -volume_change / self%n_vertex &
-          - mass * (sum(elastic_change) + elastic_change(v)) &
-          + dot_product(self%bubble_pressure(:, v, i), self%bubble(:, i))
-      end do
-
-      if (with_tangent) call cell_tangent(self, points, i, stress, mass)
-
-    end do
+    call set_forces(self, points%deviatoric_stress, force, hoop_force)
+    call set_volume_equation(self, mass, relative_volume)
+    if (with_tangent) call set_tangent(self, points, force, hoop_force, mass, relative_volume)
 
   end subroutine mini_batch_finish
 
-  !> Derivative of the residual of cell `i` by its unknowns.
-  pure subroutine cell_tangent(self, points, i, stress, mass)
-    class(mini_batch_t), intent(inout) :: self
+  !> Mean stress and internal forces.
+  pure subroutine set_forces(self, deviator, force, hoop_force)
+    type(mini_batch_t), intent(inout) :: self
+    real(wp), intent(in) :: deviator(LANES, 6)
+    real(wp), intent(out) :: force(LANES, 3, 4)
+    real(wp), intent(out) :: hoop_force(LANES)
+
+    real(wp) :: s11, s12, s13, s22, s23, s33
+    integer :: a, i
+
+    do i = 1, LANES
+      self%mean_stress(i) = self%grad_div_modulus(i) &
+        * (self%log_volume_new(i) + self%inverse_bulk_modulus &
+           * (self%pressure_old(i, 1) + self%pressure_old(i, 2) + self%pressure_old(i, 3) &
+              + self%pressure_old(i, 4)) / self%n_vertex) &
+        - (self%pressure_new(i, 1) + self%pressure_new(i, 2) + self%pressure_new(i, 3) &
+           + self%pressure_new(i, 4)) / self%n_vertex
+      hoop_force(i) = self%volume_new(i) * (deviator(i, 3) + self%mean_stress(i)) &
+        * self%hoop_new(i)
+    end do
+    do a = 1, self%n_vertex
+      do i = 1, LANES
+        s11 = self%volume_new(i) * (deviator(i, 1) + self%mean_stress(i))
+        s22 = self%volume_new(i) * (deviator(i, 2) + self%mean_stress(i))
+        s33 = self%volume_new(i) * (deviator(i, 3) + self%mean_stress(i))
+        s23 = self%volume_new(i) * ROOT * deviator(i, 4)
+        s13 = self%volume_new(i) * ROOT * deviator(i, 5)
+        s12 = self%volume_new(i) * ROOT * deviator(i, 6)
+        force(i, 1, a) = s11 * self%gradient_new(i, 1, a) + s12 * self%gradient_new(i, 2, a) &
+          + s13 * self%gradient_new(i, 3, a)
+        force(i, 2, a) = s12 * self%gradient_new(i, 1, a) + s22 * self%gradient_new(i, 2, a) &
+          + s23 * self%gradient_new(i, 3, a)
+        force(i, 3, a) = s13 * self%gradient_new(i, 1, a) + s23 * self%gradient_new(i, 2, a) &
+          + s33 * self%gradient_new(i, 3, a)
+        self%residual(i, 1, a) = force(i, 1, a) + hoop_force(i)
+        self%residual(i, 2, a) = force(i, 2, a)
+        self%residual(i, 3, a) = force(i, 3, a)
+      end do
+    end do
+    ! What the loops below run over without looking
+    force(:, :, self%n_vertex + 1:) = 0.0_wp
+
+  end subroutine set_forces
+
+  !> Volume equation.
+  !>
+  !> Volume lost to the pressure is taken by the reference volume, of V0 exp(-p/κ) exactly: so the
+  !> increments of all steps add up to a function of the pressure, and mass is kept.
+  pure subroutine set_volume_equation(self, mass, relative_volume)
+    type(mini_batch_t), intent(inout) :: self
+    real(wp), intent(out) :: mass(LANES)
+    real(wp), intent(out) :: relative_volume(LANES, 4)
+
+    real(wp) :: change(LANES, 4), volume_change(LANES)
+    integer :: a, i
+
+    ! Mass matrix of the vertex functions: (1 + δ) measure / ((n + 1) (n + 2))
+    if (self%fixed_geometry) then
+      mass = self%volume_old / (self%n_vertex * (self%n_vertex + 1))
+      volume_change = self%volume_old * (self%log_volume_new - self%log_volume_old)
+      relative_volume = 1.0_wp
+      change = self%inverse_bulk_modulus * (self%pressure_new - self%pressure_old)
+    else
+      mass = self%volume_old * exp(-self%log_volume_old) / (self%n_vertex * (self%n_vertex + 1))
+      volume_change = self%volume_new - self%volume_old
+      relative_volume = exp(-self%inverse_bulk_modulus * self%pressure_new)
+      change = exp(-self%inverse_bulk_modulus * self%pressure_old) - relative_volume
+    end if
+    do a = 1, self%n_vertex
+      do i = 1, LANES
+        self%residual(i, self%n_dim + 1, a) = -volume_change(i) / self%n_vertex &
+          - mass(i) * (change(i, 1) + change(i, 2) + change(i, 3) + change(i, 4) + change(i, a)) &
+          + self%bubble_pressure(i, 1, a) * self%bubble(i, 1) &
+          + self%bubble_pressure(i, 2, a) * self%bubble(i, 2) &
+          + self%bubble_pressure(i, 3, a) * self%bubble(i, 3)
+      end do
+    end do
+
+  end subroutine set_volume_equation
+
+  !> Derivative of the residual.
+  pure subroutine set_tangent(self, points, force, hoop_force, mass, relative_volume)
+    type(mini_batch_t), intent(inout) :: self
     type(point_batch_t), intent(in) :: points
-    integer, intent(in) :: i
-    !> Cauchy stress.
-    real(wp), intent(in) :: stress(3, 3)
-    !> Factor of the mass matrix of the vertex functions.
-    real(wp), intent(in) :: mass
+    real(wp), intent(in) :: force(LANES, 3, 4)
+    real(wp), intent(in) :: hoop_force(LANES)
+    real(wp), intent(in) :: mass(LANES)
+    real(wp), intent(in) :: relative_volume(LANES, 4)
 
-    real(wp) :: bubble_share(6, 6), by_gradient(6, 3, 3), change(6), change_matrix(3, 3), &
-      compressibility, memory(6, 3, 3), strain_change(6, self%n_dim, self%n_vertex), &
-      stress_change(6, 3, 3)
-    integer :: a, b, j, k, m, n, r, v
+    !> Strain and stress by displacement j of vertex b, in column (j, b).
+    real(wp) :: strain(LANES, 6, 3, 4), stress(LANES, 6, 3, 4)
+    !> The same by the hoop strain of a radial displacement; force on the bubble by displacements.
+    real(wp) :: hoop_stress(LANES, 6), push(LANES, 3, 3, 4)
+    real(wp) :: mean(LANES), none(LANES), still(LANES, 3, 4)
+    integer :: b, j
 
-    n = self%n_dim
-    v = self%n_vertex
-    m = n + 1
-    associate (g => self%gradient_new(:, :, i), gm => self%gradient_mid(:, :, i), &
-               volume => self%volume_new(i), hoop => self%hoop_new(i), &
-               t => self%tangent(:, :, i), modulus => points%deviatoric_tangent(:, :, i))
+    call differentiate_strain(self, points, strain, hoop_stress, push)
+    do b = 2, self%n_vertex
+      do j = 1, self%n_dim
+        call apply_tangent(points%tangent_secant, points%tangent_factor, &
+                           points%tangent_direction, strain(:, :, j, b), stress(:, :, j, b))
+        mean = self%grad_div_modulus * self%gradient_new(:, j, b)
+        call complete_stress(self%volume_new, mean, stress(:, :, j, b))
+      end do
+    end do
+    mean = self%grad_div_modulus * self%hoop_new
+    if (self%kind == AXISYMMETRIC) call complete_stress(self%volume_new, mean, hoop_stress)
 
-      call strain_by_gradient(self%fixed_geometry, self%displacement_gradient(:, :, i), &
-                              self%linear_strain(:, i), points%stress_old(:, i), &
-                              points%memory_modulus(i), by_gradient, memory)
+    if (self%fixed_geometry) then
+      still = 0.0_wp
+      none = 0.0_wp
+      call set_stiffness(self%n_dim, self%gradient_new, stress, still, self%tangent)
       if (self%kind == AXISYMMETRIC) then
-        ! The mean strain of the bubble, which the law sees, answers to the linear strain
-        bubble_share = -self%bubble_factor * self%bubble_modulus(i) / self%volume_old(i) &
-          * matmul(matmul(self%bubble_strain(:, :, i), self%bubble_compliance(:, :, i)), &
-                   transpose(self%bubble_strain(:, :, i)))
-        do k = 1, 6
-          bubble_share(k, k) = bubble_share(k, k) + 1.0_wp
-        end do
-        do b = 1, v
-          do j = 1, n
-            strain_change(:, j, b) = by_gradient(:, j, 1) * gm(1, b) &
-              + by_gradient(:, j, 2) * gm(2, b)
-            if (j == 1) strain_change(:, j, b) = strain_change(:, j, b) &
-              + by_gradient(:, 3, 3) * self%hoop_mid(i)
-          end do
-        end do
-        do k = 1, 3
-          do j = 1, 3
-            by_gradient(:, j, k) = matmul(bubble_share, by_gradient(:, j, k))
-          end do
-        end do
+        call add_hoop_stiffness(self, hoop_stress, stress, still, none)
       end if
-      do k = 1, 3
-        do j = 1, 3
-          if (n == 2 .and. (j == 3 .neqv. k == 3)) cycle
-          stress_change(:, j, k) = matmul(modulus, by_gradient(:, j, k) + memory(:, j, k))
+    else
+      call set_stiffness(self%n_dim, self%gradient_new, stress, force, self%tangent)
+      if (self%kind == AXISYMMETRIC) then
+        call add_hoop_stiffness(self, hoop_stress, stress, force, hoop_force)
+      end if
+    end if
+    call set_pressure_blocks(self, mass, relative_volume)
+    if (self%kind == AXISYMMETRIC) call add_bubble_coupling(self, points, push)
+
+  end subroutine set_tangent
+
+  !> Strain by displacements, the memory of the old stress included as the strain of same effect.
+  pure subroutine differentiate_strain(self, points, strain, hoop_stress, push)
+    type(mini_batch_t), intent(in) :: self
+    type(point_batch_t), intent(in) :: points
+    !> By displacement j of vertex b in column (j, b), Mandel [1/length]; set for b > 1.
+    real(wp), intent(out) :: strain(LANES, 6, 3, 4)
+    !> Axial symmetry: deviator by the hoop strain of a unit radial displacement [stress/length].
+    real(wp), intent(out) :: hoop_stress(LANES, 6)
+    !> Axial symmetry: \(E^T\) times the strain of the linear part, for all vertices.
+    real(wp), intent(out) :: push(LANES, 3, 3, 4)
+
+    real(wp) :: axes(LANES, 3, 3), half_rate(LANES, 3, 3), memory(LANES, 6), of_spin(LANES, 6, 3), &
+      of_spin_memory(LANES, 6, 3), rate(LANES, 3, 3), safe
+    integer :: i, j
+
+    call find_axes(.not. self%fixed_geometry, self%displacement_gradient, axes)
+    of_spin = 0.0_wp
+    of_spin_memory = 0.0_wp
+    if (.not. self%fixed_geometry) then
+      do j = 1, 6
+        do i = 1, LANES
+          safe = merge(points%memory_modulus(i), 1.0_wp, points%memory_modulus(i) > 0.0_wp)
+          memory(i, j) = merge(points%stress_old(i, j), 0.0_wp, &
+                               points%memory_modulus(i) > 0.0_wp) / safe
         end do
       end do
-
-      ! Sizes as constants, which the compiler may unroll
-      if (n == 3) then
-        call add_stiffness(3, 4, .not. self%fixed_geometry, volume, hoop, self%hoop_mid(i), &
-                           self%grad_div_modulus(i), stress, g, gm, stress_change, t)
+      call find_spin_rates(self%axial, half_rate, rate)
+      call add_turning(self%linear_strain, half_rate, of_spin)
+      if (self%kind == AXISYMMETRIC) then
+        call add_turning(memory, rate, of_spin_memory)
       else
-        call add_stiffness(2, 3, .not. self%fixed_geometry, volume, hoop, self%hoop_mid(i), &
-                           self%grad_div_modulus(i), stress, g, gm, stress_change, t)
+        call add_turning(memory, rate, of_spin)
       end if
+    end if
 
-      do b = 1, v
-        compressibility = self%inverse_bulk_modulus
-        if (.not. self%fixed_geometry) then
-          compressibility = compressibility &
-            * exp(-self%inverse_bulk_modulus * self%pressure_new(b, i))
-        end if
-        do a = 1, v
-          t(m * a, m * b) = -mass * compressibility * merge(2.0_wp, 1.0_wp, a == b) &
-            - self%bubble_factor &
-            * dot_product(self%bubble_pressure(:, a, i), &
-                          matmul(self%bubble_compliance(:, :, i), self%bubble_pressure(:, b, i)))
+    call find_strain_derivative(self%n_dim, axes, self%gradient_mid, self%half_rotation, of_spin, &
+                                strain)
+    if (self%kind == AXISYMMETRIC) then
+      call add_mean_of_bubble(self, points, axes, strain, hoop_stress, push)
+      call add_spin(self%n_dim, axes, self%gradient_mid, of_spin_memory, strain)
+    end if
+
+  end subroutine differentiate_strain
+
+  !> The mean strain of the bubble, which the law sees in axial symmetry, answers to that of the
+  !> linear part.
+  pure subroutine add_mean_of_bubble(self, points, axes, strain, hoop_stress, push)
+    type(mini_batch_t), intent(in) :: self
+    type(point_batch_t), intent(in) :: points
+    real(wp), intent(in) :: axes(LANES, 3, 3)
+    !> Of the linear part on entry, then as the law sees it.
+    real(wp), intent(inout) :: strain(LANES, 6, 3, 4)
+    real(wp), intent(out) :: hoop_stress(LANES, 6)
+    real(wp), intent(out) :: push(LANES, 3, 3, 4)
+
+    real(wp) :: bubble(LANES, 3), factor(LANES), hoop_strain(LANES, 6), one(LANES)
+    integer :: b, j
+
+    one = 1.0_wp
+    factor = self%bubble_factor * self%bubble_modulus / self%volume_old
+    push = 0.0_wp
+    do b = 2, 3
+      do j = 1, 2
+        call add_bubble_force(self%bubble_moment, one, strain(:, :, j, b), push(:, :, j, b))
+        call move_bubble(factor, self%bubble_compliance, push(:, :, j, b), bubble)
+        call add_bubble_strain(self%bubble_moment, one, bubble, strain(:, :, j, b))
+      end do
+    end do
+    push(:, :, :, 1) = -push(:, :, :, 2) - push(:, :, :, 3)
+
+    ! The hoop strain of a radial displacement is the same for all vertices
+    hoop_strain = 0.0_wp
+    hoop_strain(:, 3) = self%hoop_mid * axes(:, 3, 3)
+    push(:, :, 3, 4) = 0.0_wp
+    call add_bubble_force(self%bubble_moment, one, hoop_strain, push(:, :, 3, 4))
+    call move_bubble(factor, self%bubble_compliance, push(:, :, 3, 4), bubble)
+    call add_bubble_strain(self%bubble_moment, one, bubble, hoop_strain)
+    do b = 1, 3
+      push(:, :, 1, b) = push(:, :, 1, b) + push(:, :, 3, 4)
+    end do
+    call apply_tangent(points%tangent_secant, points%tangent_factor, points%tangent_direction, &
+                       hoop_strain, hoop_stress)
+
+  end subroutine add_mean_of_bubble
+
+  !> Deviator that a strain makes: the derivative of the law.
+  pure subroutine apply_tangent(secant, factor, direction, strain, stress)
+    !> See [[point_batch_t]].
+    real(wp), intent(in) :: secant(LANES)
+    real(wp), intent(in) :: factor(LANES)
+    real(wp), intent(in) :: direction(LANES, 6)
+    !> Mandel.
+    real(wp), intent(in) :: strain(LANES, 6)
+    real(wp), intent(out) :: stress(LANES, 6)
+
+    real(wp) :: along, mean
+    integer :: i
+
+    do i = 1, LANES
+      mean = (strain(i, 1) + strain(i, 2) + strain(i, 3)) / 3.0_wp
+      along = factor(i) &
+        * (direction(i, 1) * strain(i, 1) + direction(i, 2) * strain(i, 2) &
+           + direction(i, 3) * strain(i, 3) + direction(i, 4) * strain(i, 4) &
+           + direction(i, 5) * strain(i, 5) + direction(i, 6) * strain(i, 6))
+      stress(i, 1) = secant(i) * (strain(i, 1) - mean) + along * direction(i, 1)
+      stress(i, 2) = secant(i) * (strain(i, 2) - mean) + along * direction(i, 2)
+      stress(i, 3) = secant(i) * (strain(i, 3) - mean) + along * direction(i, 3)
+      stress(i, 4) = secant(i) * strain(i, 4) + along * direction(i, 4)
+      stress(i, 5) = secant(i) * strain(i, 5) + along * direction(i, 5)
+      stress(i, 6) = secant(i) * strain(i, 6) + along * direction(i, 6)
+    end do
+
+  end subroutine apply_tangent
+
+  !> From the derivative of the deviator to components of the stress times the volume.
+  pure subroutine complete_stress(volume, mean, stress)
+    real(wp), intent(in) :: volume(LANES)
+    !> Derivative of the mean stress.
+    real(wp), intent(in) :: mean(LANES)
+    !> Mandel deviator on entry, then the components 11, 22, 33, 23, 13, 12.
+    real(wp), intent(inout) :: stress(LANES, 6)
+
+    integer :: i
+
+    do i = 1, LANES
+      stress(i, 1) = volume(i) * (stress(i, 1) + mean(i))
+      stress(i, 2) = volume(i) * (stress(i, 2) + mean(i))
+      stress(i, 3) = volume(i) * (stress(i, 3) + mean(i))
+      stress(i, 4) = volume(i) * ROOT * stress(i, 4)
+      stress(i, 5) = volume(i) * ROOT * stress(i, 5)
+      stress(i, 6) = volume(i) * ROOT * stress(i, 6)
+    end do
+
+  end subroutine complete_stress
+
+  !> Derivative of the internal forces by the displacements, without hoop strain and hoop stress.
+  pure subroutine set_stiffness(n_dim, g, stress, force, t)
+    integer, intent(in) :: n_dim
+    !> Gradients of the vertex functions at the end of the step.
+    real(wp), intent(in) :: g(LANES, 3, 4)
+    !> Components times volume, by displacement j of vertex b in column (j, b), b > 1.
+    real(wp), intent(in) :: stress(LANES, 6, 3, 4)
+    !> Internal forces, which follow the geometry; zero where that is fixed.
+    real(wp), intent(in) :: force(LANES, 3, 4)
+    real(wp), intent(inout) :: t(LANES, 16, 16)
+
+    integer :: a, b, column, i, j, k, m, row
+
+    m = n_dim + 1
+    do b = 2, m
+      do j = 1, n_dim
+        column = m * (b - 1) + j
+        do a = 2, m
+          row = m * (a - 1)
+          ! In 2D the third row is the one of the pressure, which is set later
+          do i = 1, LANES
+            t(i, row + 1, column) = stress(i, 1, j, b) * g(i, 1, a) &
+              + stress(i, 6, j, b) * g(i, 2, a) + stress(i, 5, j, b) * g(i, 3, a) &
+              + g(i, j, b) * force(i, 1, a) - g(i, j, a) * force(i, 1, b)
+            t(i, row + 2, column) = stress(i, 6, j, b) * g(i, 1, a) &
+              + stress(i, 2, j, b) * g(i, 2, a) + stress(i, 4, j, b) * g(i, 3, a) &
+              + g(i, j, b) * force(i, 2, a) - g(i, j, a) * force(i, 2, b)
+            t(i, row + 3, column) = stress(i, 5, j, b) * g(i, 1, a) &
+              + stress(i, 4, j, b) * g(i, 2, a) + stress(i, 3, j, b) * g(i, 3, a) &
+              + g(i, j, b) * force(i, 3, a) - g(i, j, a) * force(i, 3, b)
+          end do
         end do
       end do
+    end do
 
-      if (self%kind == AXISYMMETRIC) then
-        do b = 1, v
-          ! The pressure moves the bubble, which strains the cell; the strain moves the bubble
-          change = -self%bubble_factor / self%volume_old(i) &
-            * matmul(self%bubble_strain(:, :, i), &
-                     matmul(self%bubble_compliance(:, :, i), self%bubble_pressure(:, b, i)))
-          do a = 1, v
-            do j = 1, n
-              t(m * b, m * (a - 1) + j) = t(m * b, m * (a - 1) + j) + self%volume_old(i) &
-                * self%bubble_modulus(i) * dot_product(change, strain_change(:, j, a))
-            end do
-          end do
-          change_matrix = matrix_from_mandel(matmul(modulus, change))
-          do a = 1, v
-            r = m * (a - 1)
-            t(r + 1:r + n, m * b) = t(r + 1:r + n, m * b) &
-              + volume * matmul(change_matrix(:n, :n), g(:, a))
-            t(r + 1, m * b) = t(r + 1, m * b) + volume * change_matrix(3, 3) * hoop
-          end do
+    ! The first vertex: minus the sum of the others
+    do j = 1, n_dim
+      do a = 2, m
+        do k = 1, n_dim
+          row = m * (a - 1) + k
+          if (n_dim == 3) then
+            t(:, row, j) = -t(:, row, 4 + j) - t(:, row, 8 + j) - t(:, row, 12 + j)
+          else
+            t(:, row, j) = -t(:, row, 3 + j) - t(:, row, 6 + j)
+          end if
         end do
-      end if
+      end do
+    end do
+    do b = 1, m
+      do j = 1, n_dim
+        column = m * (b - 1) + j
+        do k = 1, n_dim
+          if (n_dim == 3) then
+            t(:, k, column) = -t(:, 4 + k, column) - t(:, 8 + k, column) - t(:, 12 + k, column)
+          else
+            t(:, k, column) = -t(:, 3 + k, column) - t(:, 6 + k, column)
+          end if
+        end do
+      end do
+    end do
 
+  end subroutine set_stiffness
+
+  !> What hoop strain and hoop stress add to the stiffness in axial symmetry.
+  pure subroutine add_hoop_stiffness(self, hoop_change, stress, force, hoop_force)
+    type(mini_batch_t), intent(inout) :: self
+    !> Components of the stress times volume, by the hoop strain of a radial displacement.
+    real(wp), intent(in) :: hoop_change(LANES, 6)
+    !> The same by displacement j of vertex b in column (j, b), b > 1.
+    real(wp), intent(in) :: stress(LANES, 6, 3, 4)
+    !> Forces without those of the hoop stress, and these, zero where the geometry is fixed.
+    real(wp), intent(in) :: force(LANES, 3, 4)
+    real(wp), intent(in) :: hoop_force(LANES)
+
+    real(wp) :: by_radius(LANES, 2, 3), of_hoop(LANES, 2, 3)
+    integer :: a, b, j, k
+
+    associate (g => self%gradient_new, hoop => self%hoop_new, t => self%tangent)
+      ! Forces by the hoop strain, radial force of the hoop stress by the gradient
+      do a = 1, 3
+        by_radius(:, 1, a) = hoop_change(:, 1) * g(:, 1, a) + hoop_change(:, 6) * g(:, 2, a) &
+          + hoop * force(:, 1, a)
+        by_radius(:, 2, a) = hoop_change(:, 6) * g(:, 1, a) + hoop_change(:, 2) * g(:, 2, a) &
+          + hoop * force(:, 2, a)
+      end do
+      do j = 1, 2
+        do b = 2, 3
+          of_hoop(:, j, b) = hoop * stress(:, 3, j, b) + hoop_force * g(:, j, b)
+        end do
+        of_hoop(:, j, 1) = -of_hoop(:, j, 2) - of_hoop(:, j, 3)
+      end do
+      do b = 1, 3
+        do a = 1, 3
+          do k = 1, 2
+            t(:, 3 * a - 3 + k, 3 * b - 2) = t(:, 3 * a - 3 + k, 3 * b - 2) + by_radius(:, k, a)
+            t(:, 3 * a - 2, 3 * b - 3 + k) = t(:, 3 * a - 2, 3 * b - 3 + k) + of_hoop(:, k, b)
+          end do
+          t(:, 3 * a - 2, 3 * b - 2) = t(:, 3 * a - 2, 3 * b - 2) + hoop * hoop_change(:, 3)
+        end do
+      end do
     end associate
 
-  end subroutine cell_tangent
+  end subroutine add_hoop_stiffness
 
-  !> Derivative of the internal forces by the displacements, and of both equations by the other
-  !> unknown, without what the bubble adds.
-  pure subroutine add_stiffness(n, v, moving, volume, hoop, hoop_mid, grad_div_modulus, stress, g, &
-                                gm, stress_change, t)
-    !> Space dimension and vertices.
-    integer, intent(in) :: n, v
-    !> True when the geometry follows the displacement.
-    logical, intent(in) :: moving
-    real(wp), intent(in) :: volume, hoop, hoop_mid, grad_div_modulus
-    !> Cauchy stress.
-    real(wp), intent(in) :: stress(3, 3)
-    !> Gradients of the vertex functions at the end and the middle of the step.
-    real(wp), intent(in) :: g(n, v), gm(n, v)
-    !> Deviator by the displacement gradient; see `strain_by_gradient`.
-    real(wp), intent(in) :: stress_change(6, 3, 3)
-    real(wp), intent(inout) :: t((n + 1) * v, (n + 1) * v)
+  !> Forces by the pressure, the volume equation by the displacements, and by the pressure.
+  pure subroutine set_pressure_blocks(self, mass, relative_volume)
+    type(mini_batch_t), intent(inout) :: self
+    real(wp), intent(in) :: mass(LANES)
+    real(wp), intent(in) :: relative_volume(LANES, 4)
 
-    real(wp) :: change(6), change_matrix(3, 3), divergence(n, v), force(n), stress_gradient(n, v)
-    integer :: a, b, column, j, k, r
+    real(wp) :: diagonal, divergence(LANES), moved(LANES, 3, 4)
+    integer :: a, b, column, i, j, m
 
-    divergence = g
-    divergence(1, :) = divergence(1, :) + hoop
-    do a = 1, v
-      do k = 1, n
-        stress_gradient(k, a) = dot_product(stress(:n, k), g(:, a))
-      end do
-      stress_gradient(1, a) = stress_gradient(1, a) + stress(3, 3) * hoop
-    end do
-
-    do b = 1, v
-      do j = 1, n
-        column = (n + 1) * (b - 1) + j
-        change = stress_change(:, j, 1) * gm(1, b)
-        do k = 2, n
-          change = change + stress_change(:, j, k) * gm(k, b)
-        end do
-        if (j == 1 .and. n == 2) change = change + stress_change(:, 3, 3) * hoop_mid
-        change(1:3) = change(1:3) + grad_div_modulus * divergence(j, b)
-        change_matrix = matrix_from_mandel(change)
-        do a = 1, v
-          r = (n + 1) * (a - 1)
-          do k = 1, n
-            force(k) = dot_product(change_matrix(:n, k), g(:, a))
+    m = self%n_dim + 1
+    associate (t => self%tangent, pressure => self%bubble_pressure, c => self%bubble_compliance)
+      do b = 1, m
+        do j = 1, self%n_dim
+          column = m * (b - 1) + j
+          divergence = -self%volume_new / m * self%gradient_new(:, j, b)
+          if (j == 1) divergence = divergence - self%volume_new / m * self%hoop_new
+          do a = 1, m
+            t(:, m * a, column) = divergence
+            t(:, column, m * a) = divergence
           end do
-          if (n == 2) force(1) = force(1) + change_matrix(3, 3) * hoop
-          if (moving) then
-            force = force + divergence(j, b) * stress_gradient(:, a) &
-              - g(j, a) * stress_gradient(:, b)
-            ! The hoop term of the line above belongs to the radius, not to the gradient
-            if (n == 2) force(1) = force(1) + stress(3, 3) * hoop &
-              * (g(j, a) - merge(hoop, 0.0_wp, j == 1))
-          end if
-          t(r + 1:r + n, column) = volume * force
-          t(r + n + 1, column) = -volume * divergence(j, b) / v
-          t(column, r + n + 1) = -volume * divergence(j, b) / v
         end do
       end do
-    end do
 
-  end subroutine add_stiffness
-
-  !> Gradients of the vertex functions, hoop strain of a unit radial displacement and measure.
-  pure subroutine cell_gradients(kind, x, gradient, hoop, volume)
-    !> `PLANE_STRAIN`, `AXISYMMETRIC` or `THREE_DIMENSIONAL`.
-    integer, intent(in) :: kind
-    !> Vertices [length]; shape (n_dim, n_dim + 1).
-    real(wp), contiguous, intent(in) :: x(:, :)
-    !> [1/length]; shape (n_dim, n_dim + 1). Infinite or undefined where the volume is 0.
-    real(wp), contiguous, intent(out) :: gradient(:, :)
-    !> [1/length]; 0 unless axisymmetric.
-    real(wp), intent(out) :: hoop
-    !> Positive for a cell that is not inverted [length^3].
-    real(wp), intent(out) :: volume
-
-    real(wp) :: a(3), b(3), c(3), determinant
-
-    hoop = 0.0_wp
-    if (kind == THREE_DIMENSIONAL) then
-      a = x(:, 2) - x(:, 1)
-      b = x(:, 3) - x(:, 1)
-      c = x(:, 4) - x(:, 1)
-      gradient(:, 2) = cross(b, c)
-      gradient(:, 3) = cross(c, a)
-      gradient(:, 4) = cross(a, b)
-      determinant = a(1) * gradient(1, 2) + a(2) * gradient(2, 2) + a(3) * gradient(3, 2)
-      volume = determinant / 6.0_wp
-      if (.not. abs(determinant) > 0.0_wp) return
-      gradient(:, 2:4) = gradient(:, 2:4) / determinant
-      gradient(:, 1) = -gradient(:, 2) - gradient(:, 3) - gradient(:, 4)
-    else
-      gradient(:, 1) = [x(2, 2) - x(2, 3), x(1, 3) - x(1, 2)]
-      gradient(:, 2) = [x(2, 3) - x(2, 1), x(1, 1) - x(1, 3)]
-      gradient(:, 3) = [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1)]
-      determinant = (x(1, 2) - x(1, 1)) * (x(2, 3) - x(2, 1)) &
-        - (x(1, 3) - x(1, 1)) * (x(2, 2) - x(2, 1))
-      volume = 0.5_wp * determinant
-      if (.not. abs(determinant) > 0.0_wp) return
-      gradient = gradient / determinant
-      if (kind == AXISYMMETRIC) then
-        volume = volume * TWO_PI * sum(x(1, :)) / 3.0_wp
-        hoop = 1.0_wp / sum(x(1, :))
-      end if
-    end if
-
-  end subroutine cell_gradients
-
-  !> Signed measure of a cell [length^3]; see [[cell_gradients]].
-  pure function cell_volume(kind, x) result(volume)
-    integer, intent(in) :: kind
-    real(wp), contiguous, intent(in) :: x(:, :)
-    real(wp) :: volume
-
-    real(wp) :: gradient(size(x, 1), size(x, 2)), hoop
-
-    call cell_gradients(kind, x, gradient, hoop, volume)
-
-  end function cell_volume
-
-  !> Blocks of the bubble: inverse of K_bb for the secant modulus 2µ, K_bp and the integral of the
-  !> bubble's strain (which only axial symmetry has).
-  !>
-  !> K_bb = µ ∫ (|grad b|² I + ⅓ grad b ⊗ grad b), from the deviator alone; K_bp = ∫ b grad λ.
-  !> Axial symmetry weights with the radius of the centroid, and adds the hoop strain b/r.
-  pure subroutine bubble_blocks(kind, gradient, hoop, volume, modulus, compliance, by_pressure, &
-                                strain)
-    integer, intent(in) :: kind
-    !> Of the vertex functions [1/length]; shape (n_dim, n_dim + 1).
-    real(wp), contiguous, intent(in) :: gradient(:, :)
-    real(wp), intent(in) :: hoop
-    real(wp), intent(in) :: volume
-    !> Secant 2µ [stress], positive.
-    real(wp), intent(in) :: modulus
-    !> K_bb^-1 [length/force]; shape (n_dim, n_dim).
-    real(wp), contiguous, intent(out) :: compliance(:, :)
-    !> K_bp [length^2]; shape (n_dim, n_dim + 1).
-    real(wp), contiguous, intent(out) :: by_pressure(:, :)
-    !> E, Mandel [length^2]; shape (6, n_dim).
-    real(wp), contiguous, intent(out) :: strain(:, :)
-
-    real(wp) :: inverse(3, 3), moment, products(3, 3), radius_inverse, stiffness(3, 3)
-    integer :: i, j, n
-
-    n = size(gradient, 1)
-    products = 0.0_wp
-    do j = 1, n
-      do i = 1, n
-        products(i, j) = dot_product(gradient(i, :), gradient(j, :))
-      end do
-    end do
-    stiffness = products / 3.0_wp &
-      + (products(1, 1) + products(2, 2) + products(3, 3)) * IDENTITY
-    stiffness = 0.5_wp * modulus * BUBBLE_STIFFNESS(n) * volume * stiffness
-    by_pressure = BUBBLE_MEAN(n) * volume * gradient
-    strain = 0.0_wp
-    if (kind == AXISYMMETRIC) then
-      radius_inverse = 3.0_wp * hoop
-      stiffness(1, 1) = stiffness(1, 1) &
-        + 2.0_wp / 3.0_wp * modulus * BUBBLE_SQUARE_2D * volume * radius_inverse**2
-      moment = BUBBLE_MEAN(n) * volume * radius_inverse
-      strain(1, 1) = -moment
-      strain(3, 1) = moment
-      strain(6, 2) = -moment / SQRT2
-    end if
-    if (n == 2) then
-      inverse(1, :) = [stiffness(2, 2), -stiffness(1, 2), 0.0_wp]
-      inverse(2, :) = [-stiffness(2, 1), stiffness(1, 1), 0.0_wp]
-      compliance = inverse(:2, :2) &
-        / (stiffness(1, 1) * stiffness(2, 2) - stiffness(1, 2) * stiffness(2, 1))
-    else
-      inverse(:, 1) = cross(stiffness(:, 2), stiffness(:, 3))
-      inverse(:, 2) = cross(stiffness(:, 3), stiffness(:, 1))
-      inverse(:, 3) = cross(stiffness(:, 1), stiffness(:, 2))
-      compliance = transpose(inverse) / dot_product(stiffness(:, 1), inverse(:, 1))
-    end if
-
-  end subroutine bubble_blocks
-
-  !> Σ u ⊗ gradient, with the hoop strain in its last component.
-  pure subroutine displacement_gradient(u, gradient, hoop, l)
-    real(wp), contiguous, intent(in) :: u(:, :)
-    real(wp), contiguous, intent(in) :: gradient(:, :)
-    real(wp), intent(in) :: hoop
-    real(wp), intent(out) :: l(3, 3)
-
-    integer :: j, k, n
-
-    n = size(u, 1)
-    l = 0.0_wp
-    do k = 1, n
-      do j = 1, n
-        l(j, k) = dot_product(u(j, :), gradient(k, :))
-      end do
-    end do
-    if (hoop > 0.0_wp) l(3, 3) = hoop * sum(u(1, :))
-
-  end subroutine displacement_gradient
-
-  !> Rotation Q of the step and strain increment turned by H = Q^(1/2), from the gradient at the
-  !> middle of the step.
-  !>
-  !> With the axial vector a of half the spin, (I - W)^-1 = (I + W + a ⊗ a) / (1 + a²) and
-  !> Q = 2 (I - W)^-1 - I (Cayley); H is the same of a / (1 + sqrt(1 + a²)).
-  pure subroutine turn(l, rotation, strain)
-    real(wp), intent(in) :: l(3, 3)
-    real(wp), intent(out) :: rotation(3, 3)
-    !> Mandel.
-    real(wp), intent(out) :: strain(6)
-
-    real(wp) :: a(3), half(3, 3)
-
-    a = half_spin(l)
-    rotation = cayley(a)
-    strain = mandel_from_matrix(l)
-    if (dot_product(a, a) > 0.0_wp) then
-      half = cayley(a / (1.0_wp + sqrt(1.0_wp + dot_product(a, a))))
-      strain = rotated(strain, half)
-    end if
-
-  end subroutine turn
-
-  !> Derivative of the turned strain by the displacement gradient at the middle, and of the
-  !> rotated old stress as the strain of same effect, both by the displacement increment's
-  !> gradient on the middle configuration: the middle moves by half of the displacement, which
-  !> multiplies the change by (I - L/2).
-  pure subroutine strain_by_gradient(fixed_geometry, l, strain, stress_old, memory_modulus, &
-                                     by_gradient, memory)
-    logical, intent(in) :: fixed_geometry
-    real(wp), intent(in) :: l(3, 3)
-    !> Turned, Mandel.
-    real(wp), intent(in) :: strain(6)
-    !> Rotated, Mandel [stress].
-    real(wp), intent(in) :: stress_old(6)
-    !> 2G, or 0 for a law that forgets its stress.
-    real(wp), intent(in) :: memory_modulus
-    !> Column (j, k) belongs to a change e_j ⊗ e_k; shape (6, 3, 3).
-    real(wp), intent(out) :: by_gradient(6, 3, 3), memory(6, 3, 3)
-
-    real(wp) :: a(3), a2, axial(3), half(3), half_rate(3), moved(6, 3, 3), moved_memory(6, 3, 3), &
-      of_spin(6, 3), of_spin_memory(6, 3), rate(3), root, shrink(3, 3), turning(6, 6)
-    integer :: i, j, k
-
-    if (fixed_geometry) then
-      memory = 0.0_wp
-      by_gradient = 0.0_wp
-      do k = 1, 3
+      do b = 1, m
         do j = 1, 3
-          by_gradient(ROW(j, k), j, k) = merge(1.0_wp, 1.0_wp / SQRT2, j == k)
+          moved(:, j, b) = self%bubble_factor * (c(:, j, 1) * pressure(:, 1, b) &
+                                                 + c(:, j, 2) * pressure(:, 2, b) &
+                                                 + c(:, j, 3) * pressure(:, 3, b))
         end do
       end do
-      return
-    end if
-
-    a = half_spin(l)
-    a2 = dot_product(a, a)
-    root = sqrt(1.0_wp + a2)
-    half = a / (1.0_wp + root)
-    call mandel_rotation(cayley(half), turning)
-    ! Unit changes of the axial vector of the spin
-    do i = 1, 3
-      axial = 0.0_wp
-      axial(i) = 1.0_wp
-      rate = (axial + cross(a, axial)) / (1.0_wp + a2)
-      half_rate = axial / (1.0_wp + root) - a * (a(i) / root) / (1.0_wp + root)**2
-      half_rate = (half_rate + cross(half, half_rate)) / (1.0_wp + dot_product(half, half))
-      of_spin(:, i) = spun(strain, half_rate)
-      of_spin_memory(:, i) = 0.0_wp
-      if (memory_modulus > 0.0_wp) of_spin_memory(:, i) = spun(stress_old, rate) / memory_modulus
-    end do
-    do k = 1, 3
-      moved(:, k, k) = turning(:, k)
-      moved_memory(:, k, k) = 0.0_wp
-      ! e_i ⊗ e_j with (i, j, k) cyclic has the axial vector -e_k / 2
-      i = mod(k, 3) + 1
-      j = mod(i, 3) + 1
-      moved(:, i, j) = turning(:, ROW(i, j)) / SQRT2 - 0.5_wp * of_spin(:, k)
-      moved(:, j, i) = turning(:, ROW(i, j)) / SQRT2 + 0.5_wp * of_spin(:, k)
-      moved_memory(:, i, j) = -0.5_wp * of_spin_memory(:, k)
-      moved_memory(:, j, i) = 0.5_wp * of_spin_memory(:, k)
-    end do
-
-    shrink = IDENTITY - 0.5_wp * l
-    do k = 1, 3
-      do j = 1, 3
-        by_gradient(:, j, k) = shrink(1, j) * moved(:, 1, k) + shrink(2, j) * moved(:, 2, k) &
-          + shrink(3, j) * moved(:, 3, k)
-        memory(:, j, k) = shrink(1, j) * moved_memory(:, 1, k) &
-          + shrink(2, j) * moved_memory(:, 2, k) + shrink(3, j) * moved_memory(:, 3, k)
+      do b = 1, m
+        do a = 1, m
+          diagonal = merge(2.0_wp, 1.0_wp, a == b)
+          do i = 1, LANES
+            t(i, m * a, m * b) = -diagonal * self%inverse_bulk_modulus * mass(i) &
+              * relative_volume(i, b) &
+              - pressure(i, 1, a) * moved(i, 1, b) - pressure(i, 2, a) * moved(i, 2, b) &
+              - pressure(i, 3, a) * moved(i, 3, b)
+          end do
+        end do
       end do
-    end do
+    end associate
 
-  end subroutine strain_by_gradient
+  end subroutine set_pressure_blocks
 
-  !> Axial vector of half of the skew part of a gradient.
-  pure function half_spin(l) result(a)
-    real(wp), intent(in) :: l(3, 3)
-    real(wp) :: a(3)
+  !> Axial symmetry: the pressure moves the bubble, which strains the cell; the strain moves the
+  !> bubble, which enters the volume equation.
+  pure subroutine add_bubble_coupling(self, points, push)
+    type(mini_batch_t), intent(inout) :: self
+    type(point_batch_t), intent(in) :: points
+    !> \(E^T\) times the strain by displacement j of vertex a in column (j, a).
+    real(wp), intent(in) :: push(LANES, 3, 3, 4)
 
-    a = 0.25_wp * [l(3, 2) - l(2, 3), l(1, 3) - l(3, 1), l(2, 1) - l(1, 2)]
+    real(wp) :: bubble(LANES, 3), change(LANES, 6), factor(LANES), none(LANES), strain(LANES, 6), &
+      weight(LANES)
+    integer :: a, b, j
 
-  end function half_spin
-
-  !> Rotation of twice the angle whose tangent is |a|, about a.
-  pure function cayley(a) result(q)
-    real(wp), intent(in) :: a(3)
-    real(wp) :: q(3, 3)
-
-    real(wp) :: scale
-    integer :: j
-
-    scale = 2.0_wp / (1.0_wp + dot_product(a, a))
-    do j = 1, 3
-      q(:, j) = scale * a * a(j)
-      q(j, j) = q(j, j) + scale - 1.0_wp
-    end do
-    q(2, 1) = q(2, 1) + scale * a(3)
-    q(1, 2) = q(1, 2) - scale * a(3)
-    q(3, 2) = q(3, 2) + scale * a(1)
-    q(2, 3) = q(2, 3) - scale * a(1)
-    q(1, 3) = q(1, 3) + scale * a(2)
-    q(3, 1) = q(3, 1) - scale * a(2)
-
-  end function cayley
-
-  !> Change of a tensor that turns at a rate: Ω s - s Ω with Ω x = axial × x. Mandel.
-  pure function spun(s, axial) result(change)
-    real(wp), intent(in) :: s(6)
-    real(wp), intent(in) :: axial(3)
-    real(wp) :: change(6)
-
-    real(wp) :: m(3, 3), moved(3, 3)
-    integer :: j
-
-    m = matrix_from_mandel(s)
-    do j = 1, 3
-      moved(:, j) = cross(axial, m(:, j))
-    end do
-    change = 2.0_wp * mandel_from_matrix(moved)
-
-  end function spun
-
-  !> The 6×6 matrix of a ↦ Q a Q^T in Mandel notation.
-  pure subroutine mandel_rotation(q, matrix)
-    real(wp), intent(in) :: q(3, 3)
-    real(wp), intent(out) :: matrix(6, 6)
-
-    integer, parameter :: FIRST(6) = [1, 2, 3, 2, 1, 1]
-    integer, parameter :: SECOND(6) = [1, 2, 3, 3, 3, 2]
-    integer :: column, r
-
-    do column = 1, 6
-      do r = 1, 6
-        matrix(r, column) = q(FIRST(r), FIRST(column)) * q(SECOND(r), SECOND(column))
-        if (column > 3) then
-          matrix(r, column) = (matrix(r, column) &
-                               + q(FIRST(r), SECOND(column)) * q(SECOND(r), FIRST(column))) / SQRT2
-        end if
-        if (r > 3) matrix(r, column) = matrix(r, column) * SQRT2
+    factor = self%bubble_factor
+    none = 0.0_wp
+    weight = 1.0_wp / self%volume_old
+    associate (g => self%gradient_new, t => self%tangent)
+      do b = 1, 3
+        call move_bubble(factor, self%bubble_compliance, self%bubble_pressure(:, :, b), bubble)
+        strain = 0.0_wp
+        call add_bubble_strain(self%bubble_moment, weight, bubble, strain)
+        call apply_tangent(points%tangent_secant, points%tangent_factor, &
+                           points%tangent_direction, strain, change)
+        call complete_stress(self%volume_new, none, change)
+        do a = 1, 3
+          do j = 1, 2
+            t(:, 3 * b, 3 * a - 3 + j) = t(:, 3 * b, 3 * a - 3 + j) + self%bubble_modulus &
+              * (bubble(:, 1) * push(:, 1, j, a) + bubble(:, 2) * push(:, 2, j, a))
+          end do
+          t(:, 3 * a - 2, 3 * b) = t(:, 3 * a - 2, 3 * b) + change(:, 1) * g(:, 1, a) &
+            + change(:, 6) * g(:, 2, a) + change(:, 3) * self%hoop_new
+          t(:, 3 * a - 1, 3 * b) = t(:, 3 * a - 1, 3 * b) + change(:, 6) * g(:, 1, a) &
+            + change(:, 2) * g(:, 2, a)
+        end do
       end do
-    end do
+    end associate
 
-  end subroutine mandel_rotation
-
-  pure function cross(a, b) result(c)
-    real(wp), intent(in) :: a(3)
-    real(wp), intent(in) :: b(3)
-    real(wp) :: c(3)
-
-    c = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
-
-  end function cross
+  end subroutine add_bubble_coupling
 
 end module swage_mini_element

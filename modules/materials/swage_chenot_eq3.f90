@@ -20,7 +20,7 @@ module swage_chenot_eq3
   use swage_kinds, only: wp
   use swage_material_law, only: material_law_t
   use swage_material_sources, only: material_sources_t
-  use swage_overstress, only: flow_state_t, overstress_t
+  use swage_overstress, only: overstress_batch_t, overstress_t
   use swage_radial_return, only: radial_return_create, radial_return_law_t
   use swage_status, only: status_t
   use swage_viscosity, only: evaluate_rate_power, viscosity_t
@@ -91,33 +91,36 @@ contains
   end subroutine chenot_eq3_from_group
 
   !> \(\Phi\) of the module's docstring.
-  pure subroutine chenot_eq3_evaluate(self, state, overstress, by_increment, by_stress)
+  pure subroutine chenot_eq3_evaluate(self, points)
     class(chenot_eq3_overstress_t), intent(in) :: self
-    type(flow_state_t), intent(in) :: state
-    real(wp), intent(out) :: overstress
-    real(wp), intent(out) :: by_increment
-    real(wp), intent(out) :: by_stress
+    type(overstress_batch_t), intent(inout) :: points
 
     real(wp) :: consistency, logarithm, power, rate, slope
+    integer :: i
 
-    overstress = 0.0_wp
-    by_increment = 0.0_wp
-    by_stress = 0.0_wp
-    rate = state%increment / state%dt
-    if (rate <= 0.0_wp .and. self%exponent > 1.0_wp) return
+    do i = 1, points%n_point
+      associate (overstress => points%overstress(i), by_increment => points%by_increment(i), &
+                 by_stress => points%by_stress(i))
+        overstress = 0.0_wp
+        by_increment = 0.0_wp
+        by_stress = 0.0_wp
+        rate = points%increment(i) / points%dt
+        if (rate <= 0.0_wp .and. self%exponent > 1.0_wp) cycle
 
-    consistency = self%viscosity%get_consistency(state%temperature)
-    if (self%exponent <= 1.0_wp .and. rate < self%viscosity%minimum_rate) then
-      call evaluate_rate_power(rate, self%viscosity%minimum_rate, self%exponent, power, slope)
-      overstress = consistency * (1.5_wp * consistency / state%stress)**self%exponent
-      by_increment = overstress * slope / state%dt
-      overstress = overstress * power
-    else
-      logarithm = self%exponent * log(1.5_wp * consistency * rate / state%stress)
-      overstress = consistency * exp(min(logarithm, LARGEST_LOGARITHM))
-      by_increment = self%exponent * overstress / state%increment
-    end if
-    by_stress = -self%exponent * overstress / state%stress
+        consistency = self%viscosity%get_consistency(points%temperature(i))
+        if (self%exponent <= 1.0_wp .and. rate < self%viscosity%minimum_rate) then
+          call evaluate_rate_power(rate, self%viscosity%minimum_rate, self%exponent, power, slope)
+          overstress = consistency * (1.5_wp * consistency / points%stress(i))**self%exponent
+          by_increment = overstress * slope / points%dt
+          overstress = overstress * power
+        else
+          logarithm = self%exponent * log(1.5_wp * consistency * rate / points%stress(i))
+          overstress = consistency * exp(min(logarithm, LARGEST_LOGARITHM))
+          by_increment = self%exponent * overstress / points%increment(i)
+        end if
+        by_stress = -self%exponent * overstress / points%stress(i)
+      end associate
+    end do
 
   end subroutine chenot_eq3_evaluate
 

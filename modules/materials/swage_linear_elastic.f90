@@ -3,9 +3,7 @@ module swage_linear_elastic
   use swage_elasticity, only: elasticity_t
   use swage_finite, only: is_finite
   use swage_group, only: group_t
-  use swage_isotropic_tangent, only: set_isotropic_tangent
   use swage_kinds, only: wp
-  use swage_mandel, only: deviator
   use swage_material_law, only: material_law_t
   use swage_material_sources, only: material_sources_t
   use swage_point_batch, only: point_batch_t
@@ -63,20 +61,31 @@ contains
     type(point_batch_t), intent(inout) :: batch
     integer, intent(out) :: n_failed
 
-    integer :: point
+    real(wp) :: mean_strain, mean_stress
+    integer :: i, n
 
+    n = batch%n_point
     n_failed = 0
-    do point = 1, batch%n_point
-      batch%deviatoric_stress(:, point) = deviator(batch%stress_old(:, point)) &
-        + self%modulus * deviator(batch%strain_increment(:, point))
-      call set_isotropic_tangent(self%modulus, 0.0_wp, batch%deviatoric_stress(:, point), &
-                                 batch%deviatoric_tangent(:, :, point))
-      batch%memory_modulus(point) = self%modulus
-      batch%bubble_modulus(point) = self%modulus
-      batch%relaxation_factor(point) = 1.0_wp
-      batch%flow_stress(point) = 0.0_wp
-      if (.not. all(is_finite(batch%deviatoric_stress(:, point)))) n_failed = n_failed + 1
+    do i = 1, n
+      mean_stress = (batch%stress_old(i, 1) + batch%stress_old(i, 2) + batch%stress_old(i, 3)) &
+        / 3.0_wp
+      mean_strain = (batch%strain_increment(i, 1) + batch%strain_increment(i, 2) &
+                     + batch%strain_increment(i, 3)) / 3.0_wp
+      batch%deviatoric_stress(i, :3) = batch%stress_old(i, :3) - mean_stress &
+        + self%modulus * (batch%strain_increment(i, :3) - mean_strain)
+      batch%deviatoric_stress(i, 4:) = batch%stress_old(i, 4:) &
+        + self%modulus * batch%strain_increment(i, 4:)
+      if (all(is_finite(batch%deviatoric_stress(i, :)))) cycle
+      n_failed = n_failed + 1
+      call batch%fail(i, 'the stress is not a finite number')
     end do
+    batch%tangent_secant(:n) = self%modulus
+    batch%tangent_factor(:n) = 0.0_wp
+    batch%tangent_direction(:n, :) = 0.0_wp
+    batch%memory_modulus(:n) = self%modulus
+    batch%bubble_modulus(:n) = self%modulus
+    batch%relaxation_factor(:n) = 1.0_wp
+    batch%flow_stress(:n) = 0.0_wp
 
   end subroutine linear_elastic_update
 

@@ -1,6 +1,6 @@
 !> Linear hardening, \(h = \sigma_y + H \bar\varepsilon\); perfect plasticity when \(H = 0\).
 module swage_linear_flow_stress
-  use swage_flow_stress, only: flow_stress_t
+  use swage_flow_stress, only: flow_batch_t, flow_stress_t
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_material_sources, only: material_sources_t
@@ -38,14 +38,16 @@ contains
 
   end subroutine linear_flow_stress_from_group
 
-  pure subroutine linear_evaluate_hardening(self, equivalent_strain, stress, slope)
+  pure subroutine linear_evaluate_hardening(self, points)
     class(linear_flow_stress_t), intent(in) :: self
-    real(wp), intent(in) :: equivalent_strain
-    real(wp), intent(out) :: stress
-    real(wp), intent(out) :: slope
+    type(flow_batch_t), intent(inout) :: points
 
-    stress = self%yield_stress + self%hardening_modulus * equivalent_strain
-    slope = self%hardening_modulus
+    integer :: i
+
+    do i = 1, points%n_point
+      points%stress(i) = self%yield_stress + self%hardening_modulus * points%strain(i)
+      points%by_strain(i) = self%hardening_modulus
+    end do
 
   end subroutine linear_evaluate_hardening
 

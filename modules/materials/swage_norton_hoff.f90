@@ -12,9 +12,7 @@
 module swage_norton_hoff
   use swage_finite, only: is_finite
   use swage_group, only: group_t
-  use swage_isotropic_tangent, only: set_isotropic_tangent
   use swage_kinds, only: wp
-  use swage_mandel, only: deviator
   use swage_material_law, only: material_law_t, PLASTIC_STATE, ROW_RATE, ROW_STRAIN
   use swage_material_sources, only: material_sources_t
   use swage_point_batch, only: point_batch_t
@@ -92,33 +90,44 @@ contains
     type(point_batch_t), intent(inout) :: batch
     integer, intent(out) :: n_failed
 
-    real(wp) :: d(6), rate, regular_rate_squared, viscosity
-    integer :: point
+    real(wp) :: mean, modulus, norm, rate, regular, viscosity
+    integer :: i, k
 
     n_failed = 0
-    associate (p => self%viscosity)
-      do point = 1, batch%n_point
+    associate (p => self%viscosity, d => batch%tangent_direction)
+      do i = 1, batch%n_point
 
-        d = deviator(batch%strain_increment(:, point)) / batch%dt
-        rate = sqrt(2.0_wp / 3.0_wp * dot_product(d, d))
-        regular_rate_squared = rate**2 + p%minimum_rate**2
-        viscosity = p%get_consistency(batch%temperature_new(point)) &
-          * (3.0_wp * regular_rate_squared)**(0.5_wp * (p%rate_sensitivity - 1.0_wp))
+        ! The direction of the tangent is the deviatoric strain rate
+        mean = (batch%strain_increment(i, 1) + batch%strain_increment(i, 2) &
+                + batch%strain_increment(i, 3)) / 3.0_wp
+        norm = 0.0_wp
+        do k = 1, 6
+          d(i, k) = (batch%strain_increment(i, k) - merge(mean, 0.0_wp, k <= 3)) / batch%dt
+          norm = norm + d(i, k)**2
+        end do
+        rate = sqrt(2.0_wp / 3.0_wp * norm)
+        regular = rate**2 + p%minimum_rate**2
+        viscosity = p%get_consistency(batch%temperature_new(i)) &
+          * (3.0_wp * regular)**(0.5_wp * (p%rate_sensitivity - 1.0_wp))
+        if (.not. is_finite(viscosity)) then
+          n_failed = n_failed + 1
+          call batch%fail(i, 'the viscosity is not a finite number')
+        end if
 
-        batch%deviatoric_stress(:, point) = 2.0_wp * viscosity * d
-        call set_isotropic_tangent(2.0_wp * viscosity / batch%dt, &
-                                   2.0_wp * viscosity / batch%dt * 2.0_wp / 3.0_wp &
-                                   * (p%rate_sensitivity - 1.0_wp) / regular_rate_squared, d, &
-                                   batch%deviatoric_tangent(:, :, point))
-        batch%memory_modulus(point) = 0.0_wp
-        batch%flow_stress(point) = 3.0_wp * viscosity * rate
-        batch%bubble_modulus(point) = 2.0_wp * viscosity / batch%dt
-        batch%relaxation_factor(point) = 0.0_wp
-        batch%dissipated_power(point) = 3.0_wp * viscosity * rate**2
-        batch%state_new(ROW_STRAIN, point) = batch%state_old(ROW_STRAIN, point) + batch%dt * rate
-        batch%state_new(ROW_RATE, point) = rate
-
-        if (.not. is_finite(viscosity)) n_failed = n_failed + 1
+        modulus = 2.0_wp * viscosity / batch%dt
+        do k = 1, 6
+          batch%deviatoric_stress(i, k) = 2.0_wp * viscosity * d(i, k)
+        end do
+        batch%tangent_secant(i) = modulus
+        batch%tangent_factor(i) = modulus * 2.0_wp / 3.0_wp * (p%rate_sensitivity - 1.0_wp) &
+          / regular
+        batch%memory_modulus(i) = 0.0_wp
+        batch%flow_stress(i) = 3.0_wp * viscosity * rate
+        batch%bubble_modulus(i) = modulus
+        batch%relaxation_factor(i) = 0.0_wp
+        batch%dissipated_power(i) = 3.0_wp * viscosity * rate**2
+        batch%state_new(i, ROW_STRAIN) = batch%state_old(i, ROW_STRAIN) + batch%dt * rate
+        batch%state_new(i, ROW_RATE) = rate
 
       end do
     end associate

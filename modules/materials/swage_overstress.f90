@@ -2,22 +2,31 @@
 !> threshold while the material flows.
 module swage_overstress
   use swage_kinds, only: wp
+  use swage_point_batch, only: LANES
   implicit none(type, external)
   private
 
-  public :: overstress_t, flow_state_t
+  public :: overstress_t, overstress_batch_t
 
-  !> Where an overstress is asked for.
-  type :: flow_state_t
-    !> \(x\), increment of the equivalent plastic strain [1], positive.
-    real(wp) :: increment = 0.0_wp
-    !> \(q\), equivalent stress [stress], positive.
-    real(wp) :: stress = 0.0_wp
+  !> Points where an overstress is asked for, all at once.
+  type :: overstress_batch_t
+    !> Points in use.
+    integer :: n_point = 0
     !> Time increment [time], positive.
     real(wp) :: dt = 1.0_wp
+    !> \(x\), increment of the equivalent plastic strain [1], at least 0.
+    real(wp) :: increment(LANES) = 0.0_wp
+    !> \(q\), equivalent stress [stress], positive.
+    real(wp) :: stress(LANES) = 1.0_wp
     !> Kelvin [temperature].
-    real(wp) :: temperature = 0.0_wp
-  end type flow_state_t
+    real(wp) :: temperature(LANES) = 0.0_wp
+    !> \(\Phi\), set by the law [stress].
+    real(wp) :: overstress(LANES) = 0.0_wp
+    !> \(\Phi_x\), set by the law [stress].
+    real(wp) :: by_increment(LANES) = 0.0_wp
+    !> \(\Phi_q\), set by the law [1].
+    real(wp) :: by_stress(LANES) = 0.0_wp
+  end type overstress_batch_t
 
   !> An overstress with its parameters; immutable once created.
   type, abstract :: overstress_t
@@ -32,17 +41,11 @@ module swage_overstress
   abstract interface
 
     !> \(\Phi(x, q)\): 0 at \(x = 0\), not falling with \(x\), not rising with \(q\).
-    pure subroutine evaluate_overstress(self, state, overstress, by_increment, by_stress)
-      import :: flow_state_t, overstress_t, wp
+    pure subroutine evaluate_overstress(self, points)
+      import :: overstress_batch_t, overstress_t
       implicit none(type, external)
       class(overstress_t), intent(in) :: self
-      type(flow_state_t), intent(in) :: state
-      !> \(\Phi\) [stress].
-      real(wp), intent(out) :: overstress
-      !> \(\Phi_x\) [stress].
-      real(wp), intent(out) :: by_increment
-      !> \(\Phi_q\) [1].
-      real(wp), intent(out) :: by_stress
+      type(overstress_batch_t), intent(inout) :: points
     end subroutine evaluate_overstress
 
   end interface

@@ -13,7 +13,7 @@ module swage_perzyna
   use swage_kinds, only: wp
   use swage_material_law, only: material_law_t
   use swage_material_sources, only: material_sources_t
-  use swage_overstress, only: flow_state_t, overstress_t
+  use swage_overstress, only: overstress_batch_t, overstress_t
   use swage_radial_return, only: radial_return_create, radial_return_law_t
   use swage_status, only: status_t
   use swage_viscosity, only: evaluate_rate_power, viscosity_t
@@ -73,21 +73,21 @@ contains
   end subroutine perzyna_from_group
 
   !> \(K\,(x / \Delta t)^m\).
-  pure subroutine perzyna_evaluate(self, state, overstress, by_increment, by_stress)
+  pure subroutine perzyna_evaluate(self, points)
     class(perzyna_overstress_t), intent(in) :: self
-    type(flow_state_t), intent(in) :: state
-    real(wp), intent(out) :: overstress
-    real(wp), intent(out) :: by_increment
-    real(wp), intent(out) :: by_stress
+    type(overstress_batch_t), intent(inout) :: points
 
     real(wp) :: consistency, power, slope
+    integer :: i
 
-    consistency = self%viscosity%get_consistency(state%temperature)
-    call evaluate_rate_power(state%increment / state%dt, self%viscosity%minimum_rate, &
-                             self%viscosity%rate_sensitivity, power, slope)
-    overstress = consistency * power
-    by_increment = consistency * slope / state%dt
-    by_stress = 0.0_wp
+    do i = 1, points%n_point
+      consistency = self%viscosity%get_consistency(points%temperature(i))
+      call evaluate_rate_power(points%increment(i) / points%dt, self%viscosity%minimum_rate, &
+                               self%viscosity%rate_sensitivity, power, slope)
+      points%overstress(i) = consistency * power
+      points%by_increment(i) = consistency * slope / points%dt
+      points%by_stress(i) = 0.0_wp
+    end do
 
   end subroutine perzyna_evaluate
 

@@ -3,7 +3,7 @@
 !> Source: H. W. Swift, Plastic instability under plane stress, J. Mech. Phys. Solids 1 (1952)
 !> 1–18.
 module swage_swift_flow_stress
-  use swage_flow_stress, only: flow_stress_t
+  use swage_flow_stress, only: flow_batch_t, flow_stress_t
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_material_sources, only: material_sources_t
@@ -45,17 +45,18 @@ contains
 
   end subroutine swift_flow_stress_from_group
 
-  pure subroutine swift_evaluate_hardening(self, equivalent_strain, stress, slope)
+  pure subroutine swift_evaluate_hardening(self, points)
     class(swift_flow_stress_t), intent(in) :: self
-    real(wp), intent(in) :: equivalent_strain
-    real(wp), intent(out) :: stress
-    real(wp), intent(out) :: slope
+    type(flow_batch_t), intent(inout) :: points
 
     real(wp) :: strain
+    integer :: i
 
-    strain = self%prestrain + equivalent_strain
-    stress = self%strength * strain**self%exponent
-    slope = self%exponent * stress / strain
+    do i = 1, points%n_point
+      strain = self%prestrain + points%strain(i)
+      points%stress(i) = self%strength * strain**self%exponent
+      points%by_strain(i) = self%exponent * points%stress(i) / strain
+    end do
 
   end subroutine swift_evaluate_hardening
 

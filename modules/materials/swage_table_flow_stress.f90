@@ -1,7 +1,7 @@
 !> Flow stress from measured points: linear between them, constant before the first and after the
 !> last.
 module swage_table_flow_stress
-  use swage_flow_stress, only: flow_stress_t
+  use swage_flow_stress, only: flow_batch_t, flow_stress_t
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_material_sources, only: material_sources_t
@@ -147,8 +147,21 @@ contains
 
   end subroutine check_table
 
-  pure subroutine table_evaluate_hardening(self, equivalent_strain, stress, slope)
+  pure subroutine table_evaluate_hardening(self, points)
     class(table_flow_stress_t), intent(in) :: self
+    type(flow_batch_t), intent(inout) :: points
+
+    integer :: i
+
+    do i = 1, points%n_point
+      call interpolate(self, points%strain(i), points%stress(i), points%by_strain(i))
+    end do
+
+  end subroutine table_evaluate_hardening
+
+  !> Stress and slope at one strain.
+  pure subroutine interpolate(self, equivalent_strain, stress, slope)
+    type(table_flow_stress_t), intent(in) :: self
     real(wp), intent(in) :: equivalent_strain
     real(wp), intent(out) :: stress
     real(wp), intent(out) :: slope
@@ -178,6 +191,6 @@ contains
     slope = (self%stress(high) - self%stress(low)) / (self%strain(high) - self%strain(low))
     stress = self%stress(low) + slope * (equivalent_strain - self%strain(low))
 
-  end subroutine table_evaluate_hardening
+  end subroutine interpolate
 
 end module swage_table_flow_stress

@@ -5,7 +5,7 @@
 !> J. Inst. Metals 74 (1948) 537–562; with the linear part, J. C. Simo, Comput. Methods Appl. Mech.
 !> Eng. 66 (1988) 199–219.
 module swage_voce_flow_stress
-  use swage_flow_stress, only: flow_stress_t
+  use swage_flow_stress, only: flow_batch_t, flow_stress_t
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_material_sources, only: material_sources_t
@@ -54,19 +54,20 @@ contains
 
   end subroutine voce_flow_stress_from_group
 
-  pure subroutine voce_evaluate_hardening(self, equivalent_strain, stress, slope)
+  pure subroutine voce_evaluate_hardening(self, points)
     class(voce_flow_stress_t), intent(in) :: self
-    real(wp), intent(in) :: equivalent_strain
-    real(wp), intent(out) :: stress
-    real(wp), intent(out) :: slope
+    type(flow_batch_t), intent(inout) :: points
 
     real(wp) :: decay
+    integer :: i
 
-    decay = exp(-self%saturation_exponent * equivalent_strain)
-    stress = self%yield_stress + self%hardening_modulus * equivalent_strain &
-      + self%saturation_increment * (1.0_wp - decay)
-    slope = self%hardening_modulus &
-      + self%saturation_increment * self%saturation_exponent * decay
+    do i = 1, points%n_point
+      decay = exp(-self%saturation_exponent * points%strain(i))
+      points%stress(i) = self%yield_stress + self%hardening_modulus * points%strain(i) &
+        + self%saturation_increment * (1.0_wp - decay)
+      points%by_strain(i) = self%hardening_modulus &
+        + self%saturation_increment * self%saturation_exponent * decay
+    end do
 
   end subroutine voce_evaluate_hardening
 

@@ -7,6 +7,7 @@
 module swage_mechanics
   use swage_block_matrix, only: block_matrix_t
   use swage_boundary, only: boundary_t
+  use swage_cell_geometry, only: AXISYMMETRIC, cell_volume, THREE_DIMENSIONAL
   use swage_comm, only: comm_t
   use swage_constraints, only: constraints_t
   use swage_deck, only: deck_t
@@ -16,7 +17,7 @@ module swage_mechanics
   use swage_linear_solver, only: linear_solver_t
   use swage_material_law, only: material_law_t
   use swage_mesh, only: mesh_t
-  use swage_mini_element, only: AXISYMMETRIC, cell_volume, mini_batch_t, THREE_DIMENSIONAL
+  use swage_mini_element, only: mini_batch_t
   use swage_newton, only: newton_problem_t
   use swage_phase_times, only: phase_times_t, PHASE_CELLS, PHASE_CONTACT
   use swage_point_batch, only: point_batch_t
@@ -32,12 +33,6 @@ module swage_mechanics
   public :: mechanics_t, mechanics_settings_t, mechanics_create, mechanics_explain
   public :: material_entry_t, body_entry_t
 
-  !> Cells evaluated together.
-  integer, parameter :: BATCH_SIZE = 128
-  !> Smallest θ of the bubble: perfect plasticity would make its compliance infinite.
-  real(wp), parameter :: MINIMUM_RELAXATION = 1.0e-3_wp
-  !> Newton iterations of the first step during which the bubble of a fluid follows its viscosity.
-  integer, parameter :: FREE_ITERATIONS = 4
   !> Forces below this share of the cells' own are noise: the least reference of the equilibrium.
   real(wp), parameter :: FORCE_FLOOR = 1.0e-4_wp
   !> The least reference by the largest of the run: a body that has been released carries nothing.
@@ -159,7 +154,7 @@ module swage_mechanics
     !> Cells in the order of their batches, and the batches.
     integer, allocatable :: cell_order(:)
     type(cell_range_t), allocatable :: batches(:)
-    type(mini_batch_t) :: element
+    type(mini_batch_t), allocatable :: element
     type(point_batch_t) :: points
 
     ! Equations
@@ -283,6 +278,34 @@ module swage_mechanics
       class(mechanics_t), intent(inout) :: self
       type(status_t), intent(inout) :: status
     end subroutine prescribe_motion
+
+    !> Order the cells and make room for their batches.
+    module subroutine build_batches(self, n_state)
+      implicit none(type, external)
+      type(mechanics_t), intent(inout) :: self
+      !> Largest of the laws.
+      integer, intent(in) :: n_state
+    end subroutine build_batches
+
+    !> Residual and tangent of a batch of cells, and what belongs to the end of the step.
+    module subroutine evaluate_batch(self, range, cell_forces, strained_volume, status)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      type(cell_range_t), intent(in) :: range
+      !> Sum of the squared nodal forces of the cells.
+      real(wp), intent(inout) :: cell_forces
+      !> Sum of volume times equivalent strain increment.
+      real(wp), intent(inout) :: strained_volume
+      !> `STATUS_RETRY` when a cell is inverted or the law fails.
+      type(status_t), intent(inout) :: status
+    end subroutine evaluate_batch
+
+    !> Kinematics of a batch of cells, from the unknowns at hand, and all that its law asks for.
+    module subroutine mechanics_gather(self, range)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      type(cell_range_t), intent(in) :: range
+    end subroutine mechanics_gather
 
     !> Tractions and pressures of the boundaries.
     module subroutine apply_loads(self, moved)
@@ -527,7 +550,7 @@ contains
     call self%times%begin(PHASE_CELLS)
     self%n_evaluation = self%n_evaluation + 1
     self%residual = 0.0_wp
-    call self%matrix%clear()
+    call self%matrix%renew()
     self%recommended_step = huge(1.0_wp)
     cell_forces = 0.0_wp
     strained_volume = 0.0_wp
@@ -558,119 +581,6 @@ contains
     call measure_errors(self, cell_forces, strained_volume)
 
   end subroutine mechanics_evaluate
-
-  subroutine mechanics_gather(self, range)
-    class(mechanics_t), intent(inout) :: self
-    type(cell_range_t), intent(in) :: range
-
-    integer :: a, cell, i, n_state
-
-    associate (element => self%element, points => self%points, &
-               law => self%materials(range%material)%law)
-      n_state = law%n_state
-      element%n_cell = range%last - range%first + 1
-      element%inverse_bulk_modulus = law%inverse_bulk_modulus
-      call points%start(element%n_cell)
-      points%dt = self%time_new - self%time
-      points%time = self%time_new
-      do i = 1, element%n_cell
-        cell = self%cell_order(range%first + i - 1)
-        do a = 1, element%n_vertex
-          associate (node => self%mesh%cell_node(a, cell))
-            element%coordinates(:, a, i) = self%mesh%coordinates(:, node)
-            element%displacement(:, a, i) = self%increment(:, node)
-            element%pressure_old(a, i) = self%pressure(node)
-            element%pressure_new(a, i) = self%pressure_new(node)
-          end associate
-        end do
-        element%deviator_old(:, i) = self%deviator(:, cell)
-        element%log_volume_old(i) = self%log_volume(cell)
-        element%bubble_modulus(i) = self%bubble_modulus(cell)
-        ! 2η/dt of the last step, and of this one
-        if (law%fluid .and. self%dt_last > 0.0_wp) then
-          element%bubble_modulus(i) = self%bubble_modulus(cell) * (self%dt_last / points%dt)
-        end if
-        element%relaxation(i) = self%relaxation(cell)
-        element%grad_div_modulus(i) = self%settings%grad_div * self%flow_stress(cell)
-        points%cell(i) = self%mesh%cell_tag(cell)
-        points%state_old(:n_state, i) = self%state(:n_state, cell)
-        points%temperature_old(i) = sum(self%temperature(self%mesh%cell_node(:, cell))) &
-          / element%n_vertex
-        points%temperature_new(i) = points%temperature_old(i)
-      end do
-      call element%start(points)
-    end associate
-
-  end subroutine mechanics_gather
-
-  !> Gather a batch, call its law, scatter residual and tangent.
-  subroutine evaluate_batch(self, range, cell_forces, strained_volume, status)
-    class(mechanics_t), intent(inout) :: self
-    type(cell_range_t), intent(in) :: range
-    !> Sum of the squared nodal forces of the cells.
-    real(wp), intent(inout) :: cell_forces
-    !> Sum of volume times equivalent strain increment.
-    real(wp), intent(inout) :: strained_volume
-    type(status_t), intent(inout) :: status
-
-    integer :: a, cell, i, n_failed, n_state
-
-    associate (element => self%element, points => self%points, &
-               law => self%materials(range%material)%law)
-      n_state = law%n_state
-      ! Nothing is known about the viscosity of a fluid before it has moved
-      if (law%initial_relaxation <= 0.0_wp .and. .not. self%dt_last > 0.0_wp &
-          .and. self%n_evaluation > 1 .and. self%n_evaluation <= FREE_ITERATIONS) then
-        do i = range%first, range%last
-          self%bubble_modulus(self%cell_order(i)) = self%bubble_modulus_new(self%cell_order(i))
-        end do
-      end if
-      call self%gather(range)
-      if (element%inverted > 0) then
-        cell = self%cell_order(range%first + element%inverted - 1)
-        call status%raise(STATUS_RETRY, 'evaluate_batch', 'cell '// &
-                          text(int(self%mesh%cell_tag(cell)))//' is inverted'// &
-                          near(self%mesh%coordinates(:, self%mesh%cell_node(1, cell))), &
-                          EXIT_CONVERGENCE)
-        return
-      end if
-      call law%update(points, n_failed)
-      if (n_failed > 0) then
-        call status%raise(STATUS_RETRY, 'evaluate_batch', 'law '//trim(law%label)// &
-                          ' of material '//self%materials(range%material)%name//' fails at '// &
-                          text(n_failed)//' points', EXIT_CONVERGENCE)
-        return
-      end if
-      call element%finish(points, with_tangent=.true.)
-      self%recommended_step = min(self%recommended_step, points%suggested_time_step)
-
-      do i = 1, element%n_cell
-        cell = self%cell_order(range%first + i - 1)
-        do a = 1, element%n_vertex
-          associate (node => self%mesh%cell_node(a, cell))
-            self%residual(:, node) = self%residual(:, node) + element%residual(:, a, i)
-          end associate
-        end do
-        call self%matrix%add_cell(cell, element%tangent(:, :, i))
-        cell_forces = cell_forces + sum(element%residual(:element%n_dim, :, i)**2)
-        strained_volume = strained_volume &
-          + element%volume_new(i) * norm2(points%strain_increment(:, i))
-        self%deviator_new(:, cell) = points%deviatoric_stress(:, i)
-        self%log_volume_new(cell) = element%log_volume_new(i)
-        self%volume_new(cell) = element%volume_new(i)
-        self%mean_stress(cell) = element%mean_stress(i)
-        self%state_new(:n_state, cell) = points%state_new(:n_state, i)
-        self%bubble_modulus_new(cell) = max(points%bubble_modulus(i), &
-                                            MINIMUM_RELAXATION * points%memory_modulus(i))
-        self%relaxation_new(cell) = points%relaxation_factor(i)
-        if (law%initial_relaxation > 0.0_wp) then
-          self%relaxation_new(cell) = max(self%relaxation_new(cell), MINIMUM_RELAXATION)
-        end if
-        self%flow_stress_new(cell) = points%flow_stress(i)
-      end do
-    end associate
-
-  end subroutine evaluate_batch
 
   !> Collective. Errors by the size of the forces and volume changes of the step.
   subroutine measure_errors(self, cell_forces, strained_volume)

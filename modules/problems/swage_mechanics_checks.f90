@@ -2,7 +2,7 @@
 submodule(swage_mechanics) swage_mechanics_checks
   use swage_boundary, only: BOUNDARY_MOTION, BOUNDARY_SYMMETRY
   use swage_group, only: group_t
-  use swage_mini_element, only: AXISYMMETRIC
+  use swage_cell_geometry, only: AXISYMMETRIC
   use swage_rotation, only: cross_product
   use swage_status, only: EXIT_MESH, STATUS_ERROR
   implicit none(type, external)

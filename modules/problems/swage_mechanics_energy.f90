@@ -8,7 +8,7 @@
 submodule(swage_mechanics) swage_mechanics_energy
   use swage_boundary, only: BOUNDARY_MOTION, BOUNDARY_PRESSURE, BOUNDARY_SYMMETRY, &
                             BOUNDARY_TRACTION
-  use swage_mandel, only: deviator, matrix_from_mandel, rotated
+  use swage_mandel, only: deviator, matrix_from_mandel, rotated, SQRT2
   use swage_tool_contact, only: contact_work_t, facet_normal
   implicit none(type, external)
 
@@ -131,15 +131,15 @@ contains
     real(wp), intent(in) :: compliance
     type(energy_balance_t), intent(inout) :: step
 
-    real(wp) :: bubble_force(self%mesh%dimension), excess(2), mean_volume, plastic(6), pressure, &
-      strain(6), stress(6, 2), volume(2), volume_change
+    real(wp) :: bubble_force(3), excess(2), mean(6), mean_volume, plastic(6), pressure, strain(6), &
+      stress(6, 2), volume(2), volume_change
     integer :: a, v
 
     associate (element => self%element, points => self%points)
       v = element%n_vertex
-      strain = points%strain_increment(:, i)
+      strain = points%strain_increment(i, :)
       volume = [element%volume_old(i), element%volume_new(i)]
-      stress(:, 1) = deviator(points%stress_old(:, i))
+      stress(:, 1) = deviator(points%stress_old(i, :))
       stress(:, 2) = self%deviator_new(:, cell)
 
       plastic = deviator(strain) - compliance * (stress(:, 2) - stress(:, 1))
@@ -150,12 +150,12 @@ contains
       end if
       step%elastic = step%elastic &
         + 0.5_wp * mean_volume * compliance * dot_product(stress(:, 2), stress(:, 2)) &
-        + compressed_energy(element%inverse_bulk_modulus, element%pressure_new(:, i), volume(2), &
+        + compressed_energy(element%inverse_bulk_modulus, element%pressure_new(i, :v), volume(2), &
                             element%log_volume_new(i), element%fixed_geometry)
 
       ! What the grad-div term adds to the pressure
-      excess = [self%mean_stress_old(cell) + sum(element%pressure_old(:, i)) / v, &
-                self%mean_stress(cell) + sum(element%pressure_new(:, i)) / v]
+      excess = [self%mean_stress_old(cell) + sum(element%pressure_old(i, :v)) / v, &
+                self%mean_stress(cell) + sum(element%pressure_new(i, :v)) / v]
       volume_change = volume(2) - volume(1)
       if (element%fixed_geometry) then
         volume_change = volume(1) * (element%log_volume_new(i) - element%log_volume_old(i))
@@ -165,14 +165,15 @@ contains
       ! The force on the bubble that stress and pressure leave
       bubble_force = 0.0_wp
       do a = 1, v
-        pressure = 0.5_wp * (element%pressure_old(a, i) + element%pressure_new(a, i))
-        bubble_force = bubble_force + pressure * element%bubble_pressure(:, a, i)
+        pressure = 0.5_wp * (element%pressure_old(i, a) + element%pressure_new(i, a))
+        bubble_force = bubble_force + pressure * element%bubble_pressure(i, :, a)
       end do
       if (self%settings%kind == AXISYMMETRIC) then
-        bubble_force = bubble_force + matmul(0.5_wp / volume(1) * matmul(stress, volume), &
-                                             element%bubble_strain(:, :, i))
+        mean = 0.5_wp / volume(1) * matmul(stress, volume)
+        bubble_force(1) = bubble_force(1) + element%bubble_moment(i) * (mean(3) - mean(1))
+        bubble_force(2) = bubble_force(2) - element%bubble_moment(i) / SQRT2 * mean(6)
       end if
-      step%stabilisation = step%stabilisation - dot_product(bubble_force, element%bubble(:, i))
+      step%stabilisation = step%stabilisation - dot_product(bubble_force, element%bubble(i, :))
 
       stress(1:3, 1) = stress(1:3, 1) + self%mean_stress_old(cell)
       stress(1:3, 2) = stress(1:3, 2) + self%mean_stress(cell)
@@ -181,13 +182,13 @@ contains
         ! The strain of the middle is not what the forces of either end work on. Their difference
         ! is of second order and counts where the stress is not the same at both ends
         step%plastic = step%plastic &
-          - 0.5_wp * dot_product(element%linear_strain(:, i), matmul(stress, volume))
-        stress(:, 1) = rotated(stress(:, 1), transpose(points%rotation_increment(:, :, i)))
+          - 0.5_wp * dot_product(element%linear_strain(i, :), matmul(stress, volume))
+        stress(:, 1) = rotated(stress(:, 1), transpose(points%rotation_increment(i, :, :)))
         step%plastic = step%plastic + 0.5_wp &
-          * (volume(1) * rate_of_work(stress(:, 1), element%displacement(:, :, i), &
-                                      element%gradient_old(:, :, i), element%hoop_old(i)) &
-             + volume(2) * rate_of_work(stress(:, 2), element%displacement(:, :, i), &
-                                        element%gradient_new(:, :, i), element%hoop_new(i)))
+          * (volume(1) * rate_of_work(stress(:, 1), element%displacement(i, :, :v), &
+                                      element%gradient_old(i, :, :v), element%hoop_old(i)) &
+             + volume(2) * rate_of_work(stress(:, 2), element%displacement(i, :, :v), &
+                                        element%gradient_new(i, :, :v), element%hoop_new(i)))
       end if
     end associate
 
@@ -197,22 +198,21 @@ contains
   pure function rate_of_work(stress, displacement, gradient, hoop) result(work)
     !> Mandel [stress].
     real(wp), intent(in) :: stress(6)
-    !> Of the vertices [length]; shape (n_dim, n_vertex).
-    real(wp), contiguous, intent(in) :: displacement(:, :)
-    !> Of the vertex functions [1/length]; shape (n_dim, n_vertex).
-    real(wp), contiguous, intent(in) :: gradient(:, :)
+    !> Of the vertices [length]; shape (3, n_vertex).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Of the vertex functions [1/length]; shape (3, n_vertex).
+    real(wp), intent(in) :: gradient(:, :)
     !> [1/length]; see `mini_batch_t`.
     real(wp), intent(in) :: hoop
     real(wp) :: work
 
     real(wp) :: matrix(3, 3)
-    integer :: a, n
+    integer :: a
 
-    n = size(displacement, 1)
     matrix = matrix_from_mandel(stress)
     work = hoop * matrix(3, 3) * sum(displacement(1, :))
     do a = 1, size(displacement, 2)
-      work = work + dot_product(displacement(:, a), matmul(matrix(:n, :n), gradient(:, a)))
+      work = work + dot_product(displacement(:, a), matmul(matrix, gradient(:, a)))
     end do
 
   end function rate_of_work

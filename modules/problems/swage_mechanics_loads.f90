@@ -2,7 +2,7 @@
 submodule(swage_mechanics) swage_mechanics_loads
   use swage_boundary, only: BOUNDARY_MOTION, BOUNDARY_PRESSURE, BOUNDARY_SYMMETRY, &
                             BOUNDARY_TRACTION
-  use swage_mini_element, only: AXISYMMETRIC
+  use swage_cell_geometry, only: AXISYMMETRIC
   use swage_status, only: STATUS_ERROR
   use swage_tool_contact, only: facet_normal
   implicit none(type, external)

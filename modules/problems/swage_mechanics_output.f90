@@ -2,7 +2,7 @@
 submodule(swage_mechanics) swage_mechanics_output
   use swage_boundary, only: BOUNDARY_MOTION, BOUNDARY_SYMMETRY
   use swage_field_list, only: FIELD_CELL, FIELD_NODAL
-  use swage_mini_element, only: AXISYMMETRIC
+  use swage_cell_geometry, only: AXISYMMETRIC
   use swage_mesh_quality, only: mesh_quality_t, measure_quality
   use swage_rigid_shape, only: shape_picture_t, shape_view_t
   implicit none(type, external)

@@ -8,9 +8,7 @@ submodule(swage_mechanics) swage_mechanics_setup
   use swage_group, only: group_t
   use swage_linear_solver_registry, only: linear_solver_create
   use swage_material_registry, only: material_from_group
-  use swage_mini_element, only: AXISYMMETRIC, cell_volume, mini_batch_create
   use swage_motion, only: motion_from_group, motion_t
-  use swage_point_batch, only: point_batch_create
   use swage_rigid_tool, only: tool_from_group
   use swage_status, only: EXIT_MESH, STATUS_ERROR
   use swage_tool_contact, only: AUGMENTED_LAGRANGIAN, enforcement_t, ENFORCEMENT_NAMES, &
@@ -237,7 +235,7 @@ contains
 
     real(wp) :: corners(self%mesh%dimension, self%mesh%dimension + 1)
     real(wp) :: size_of_cell(self%mesh%n_cell), sums(4)
-    integer :: cell, first, i, last, n, n_state, place
+    integer :: cell, i, n, n_state
 
     associate (mesh => self%mesh)
       n = mesh%n_cell
@@ -266,31 +264,10 @@ contains
       allocate (self%relaxation_new, source=self%relaxation)
       allocate (self%flow_stress_new, source=self%flow_stress)
 
-      ! Batches of one material each
-      allocate (self%cell_order(n))
-      allocate (self%batches(count_batches(self)))
-      place = 0
-      last = 0
-      do i = 1, size(self%materials)
-        first = last + 1
-        do cell = 1, n
-          if (self%material_of_cell(cell) /= i) cycle
-          last = last + 1
-          self%cell_order(last) = cell
-        end do
-        do while (first <= last)
-          place = place + 1
-          self%batches(place) = cell_range_t(first, min(first + BATCH_SIZE - 1, last), i)
-          first = self%batches(place)%last + 1
-        end do
-      end do
-      call mini_batch_create(self%settings%kind, self%settings%fixed_geometry, BATCH_SIZE, &
-                             self%element)
-      self%element%bubble_factor = self%settings%bubble_factor
-      call point_batch_create(BATCH_SIZE, n_state, self%points)
-
+      call build_batches(self, n_state)
       call unknowns_create(mesh, self%unknowns)
       call block_matrix_create(self%unknowns, self%matrix)
+      call self%matrix%expect(self%cell_order)
       size_of_cell = mesh%cell_size()
       sums = [sum(size_of_cell), real(n, wp), &
               sum((self%bubble_modulus * self%initial_volume / size_of_cell)**2), &
@@ -318,20 +295,6 @@ contains
     end do
 
   end subroutine set_initial_state
-
-  !> Batches that the cells of this rank need.
-  pure function count_batches(self) result(n_batch)
-    type(mechanics_t), intent(in) :: self
-    integer :: n_batch
-
-    integer :: i
-
-    n_batch = 0
-    do i = 1, size(self%materials)
-      n_batch = n_batch + (count(self%material_of_cell == i) + BATCH_SIZE - 1) / BATCH_SIZE
-    end do
-
-  end function count_batches
 
   subroutine read_boundaries(self, deck, status)
     type(mechanics_t), intent(inout) :: self

@@ -1,12 +1,12 @@
 !> The groups of an input file that belong to the run as a whole: what is computed, on which mesh,
 !> in which steps, how accurately, and what is written.
 module swage_case
+  use swage_cell_geometry, only: AXISYMMETRIC, PLANE_STRAIN, THREE_DIMENSIONAL
   use swage_checkpoint, only: restart_keys_t, take_restart
   use swage_deck, only: deck_t
   use swage_group, only: group_t, NAME_LENGTH
   use swage_kinds, only: wp
   use swage_linear_solver_registry, only: linear_solver_names, LINEAR_SOLVER_NAME_LENGTH
-  use swage_mini_element, only: AXISYMMETRIC, PLANE_STRAIN, THREE_DIMENSIONAL
   use swage_newton, only: newton_control_t
   use swage_result_series, only: INDEX_END
   use swage_status, only: status_t, STATUS_ERROR

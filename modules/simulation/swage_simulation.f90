@@ -11,7 +11,7 @@ module swage_simulation
   use swage_mechanics, only: mechanics_create, mechanics_settings_t, mechanics_t
   use swage_mesh, only: mesh_t
   use swage_mesh_distribution, only: mesh_load
-  use swage_mini_element, only: THREE_DIMENSIONAL
+  use swage_cell_geometry, only: THREE_DIMENSIONAL
   use swage_newton, only: newton_report_t, newton_solve
   use swage_output_path, only: check_writable
   use swage_phase_times, only: PHASE_OUTPUT

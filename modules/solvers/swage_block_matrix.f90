@@ -5,6 +5,7 @@
 module swage_block_matrix
   use swage_halo, only: halo_t
   use swage_kinds, only: gp, wp
+  use swage_point_batch, only: LANES
   use swage_unknowns, only: unknowns_t
   implicit none(type, external)
   private
@@ -39,11 +40,21 @@ module swage_block_matrix
     real(wp), allocatable :: extra(:, :, :)
     !> Place of each block in the list, 0 if it has no such part; shape (n_block).
     integer, allocatable :: extra_of_block(:)
+    !> Blocks to which a cell is the first to contribute, as bits, in the order that
+    !> [[block_matrix_t:expect]] was told; shape (n_cell). And blocks of no cell.
+    integer, allocatable, private :: first_of_cell(:)
+    integer(gp), allocatable, private :: block_without_cell(:)
+    !> Whether what is first replaces what is there.
+    logical, private :: renewing = .false.
   contains
     !> Set all values to zero.
     procedure :: clear => block_matrix_clear
-    !> Add the matrix of one cell, unknowns vertex by vertex.
-    procedure :: add_cell => block_matrix_add_cell
+    !> Tell the order in which the cells will come.
+    procedure :: expect => block_matrix_expect
+    !> Forget all values: all cells follow, in the order expected, before anything else.
+    procedure :: renew => block_matrix_renew
+    !> Add the matrices of a batch of cells, unknowns vertex by vertex.
+    procedure :: add_cells => block_matrix_add_cells
     !> Add to the leading rows and columns of a block what a symmetric factor is to leave out.
     procedure :: add_unsymmetric => block_matrix_add_unsymmetric
     !> Block of the symmetric part, without what is listed as unsymmetric.
@@ -133,34 +144,146 @@ contains
     class(block_matrix_t), intent(inout) :: self
 
     self%values = 0.0_wp
-    self%extra_of_block(self%extra_block(:self%n_extra)) = 0
-    self%n_extra = 0
+    self%renewing = .false.
+    call forget_extra(self)
 
   end subroutine block_matrix_clear
 
-  pure subroutine block_matrix_add_cell(self, cell, cell_matrix)
-    class(block_matrix_t), intent(inout) :: self
-    integer, intent(in) :: cell
-    !> Shape (n_vertex * n_slot, n_vertex * n_slot).
-    real(wp), contiguous, intent(in) :: cell_matrix(:, :)
+  !> Empty the list of unsymmetric parts.
+  pure subroutine forget_extra(matrix)
+    class(block_matrix_t), intent(inout) :: matrix
 
-    integer :: a, b, c, d, m
+    matrix%extra_of_block(matrix%extra_block(:matrix%n_extra)) = 0
+    matrix%n_extra = 0
+
+  end subroutine forget_extra
+
+  pure subroutine block_matrix_expect(self, cells)
+    class(block_matrix_t), intent(inout) :: self
+    !> All of them, each once.
+    integer, intent(in) :: cells(:)
+
+    logical, allocatable :: met(:)
+    integer :: a, b, i, v
+    integer(gp) :: block
+
+    v = size(self%cell_block, 1)
+    allocate (met(self%n_block), source=.false.)
+    allocate (self%first_of_cell(size(cells)), source=0)
+    do i = 1, size(cells)
+      do b = 1, v
+        do a = 1, v
+          block = self%cell_block(a, b, cells(i))
+          if (.not. met(block)) then
+            self%first_of_cell(cells(i)) = ibset(self%first_of_cell(cells(i)), v * (b - 1) + a - 1)
+          end if
+          met(block) = .true.
+        end do
+      end do
+    end do
+    allocate (self%block_without_cell, source=pack([(block, block=1_gp, self%n_block)], .not. met))
+
+  end subroutine block_matrix_expect
+
+  pure subroutine block_matrix_renew(self)
+    class(block_matrix_t), intent(inout) :: self
+
+    self%values(:, :, self%block_without_cell) = 0.0_wp
+    self%renewing = .true.
+    call forget_extra(self)
+
+  end subroutine block_matrix_renew
+
+  pure subroutine block_matrix_add_cells(self, cells, cell_matrices)
+    class(block_matrix_t), intent(inout) :: self
+    !> Up to `LANES`.
+    integer, contiguous, intent(in) :: cells(:)
+    !> By cell, row and column; the leading n_vertex * n_slot rows and columns count.
+    real(wp), intent(in) :: cell_matrices(LANES, 16, 16)
+
+    integer :: first(size(cells))
+
+    first = 0
+    if (self%renewing) first = self%first_of_cell(cells)
+    if (self%n_slot == 4) then
+      call add_blocks_of_4(size(self%cell_block, 3), self%n_block, size(cells), self%cell_block, &
+                           cells, first, cell_matrices, self%values)
+    else
+      call add_blocks_of_3(size(self%cell_block, 3), self%n_block, size(cells), self%cell_block, &
+                           cells, first, cell_matrices, self%values)
+    end if
+
+  end subroutine block_matrix_add_cells
+
+  !> Cells of four nodes; sizes are fixed, so that the loops over a block unroll.
+  pure subroutine add_blocks_of_4(n_cell, n_block, n, cell_block, cells, first, cell_matrices, &
+                                  values)
+    integer, intent(in) :: n_cell
+    integer(gp), intent(in) :: n_block
+    integer, intent(in) :: n
+    integer(gp), intent(in) :: cell_block(4, 4, n_cell)
+    integer, intent(in) :: cells(n)
+    !> Bits of the blocks that are replaced.
+    integer, intent(in) :: first(n)
+    real(wp), intent(in) :: cell_matrices(LANES, 4, 4, 4, 4)
+    real(wp), intent(inout) :: values(4, 4, n_block)
+
+    integer :: a, b, c, d, i
     integer(gp) :: k
 
-    m = self%n_slot
-    do b = 1, size(self%cell_block, 2)
-      do a = 1, size(self%cell_block, 1)
-        k = self%cell_block(a, b, cell)
-        do d = 1, m
-          do c = 1, m
-            self%values(c, d, k) = self%values(c, d, k) &
-              + cell_matrix(m * (a - 1) + c, m * (b - 1) + d)
+    do i = 1, n
+      do b = 1, 4
+        do a = 1, 4
+          k = cell_block(a, b, cells(i))
+          if (btest(first(i), 4 * b + a - 5)) then
+            do d = 1, 4
+              do c = 1, 4
+                values(c, d, k) = cell_matrices(i, c, a, d, b)
+              end do
+            end do
+          else
+            do d = 1, 4
+              do c = 1, 4
+                values(c, d, k) = values(c, d, k) + cell_matrices(i, c, a, d, b)
+              end do
+            end do
+          end if
+        end do
+      end do
+    end do
+
+  end subroutine add_blocks_of_4
+
+  !> The same for cells of three nodes; their rows and columns end before those of the array.
+  pure subroutine add_blocks_of_3(n_cell, n_block, n, cell_block, cells, first, cell_matrices, &
+                                  values)
+    integer, intent(in) :: n_cell
+    integer(gp), intent(in) :: n_block
+    integer, intent(in) :: n
+    integer(gp), intent(in) :: cell_block(3, 3, n_cell)
+    integer, intent(in) :: cells(n)
+    integer, intent(in) :: first(n)
+    real(wp), intent(in) :: cell_matrices(LANES, 16, 16)
+    real(wp), intent(inout) :: values(3, 3, n_block)
+
+    integer :: a, b, c, d, i
+    integer(gp) :: k
+
+    do i = 1, n
+      do b = 1, 3
+        do a = 1, 3
+          k = cell_block(a, b, cells(i))
+          if (btest(first(i), 3 * b + a - 4)) values(:, :, k) = 0.0_wp
+          do d = 1, 3
+            do c = 1, 3
+              values(c, d, k) = values(c, d, k) + cell_matrices(i, 3 * a - 3 + c, 3 * b - 3 + d)
+            end do
           end do
         end do
       end do
     end do
 
-  end subroutine block_matrix_add_cell
+  end subroutine add_blocks_of_3
 
   pure subroutine block_matrix_add_unsymmetric(self, block, part)
     class(block_matrix_t), intent(inout) :: self

@@ -4,7 +4,7 @@ module swage_test_element_checks
   use swage_kinds, only: wp
   use swage_mandel, only: deviator, mandel_from_matrix, rotated
   use swage_material_law, only: material_law_t
-  use swage_mini_element, only: AXISYMMETRIC, cell_volume, PLANE_STRAIN, THREE_DIMENSIONAL
+  use swage_cell_geometry, only: AXISYMMETRIC, cell_volume, PLANE_STRAIN, THREE_DIMENSIONAL
   use swage_test_assembly, only: assembly_create, assembly_t
   use swage_test_lapack, only: dgesv
   use swage_test_meshes, only: box_mesh, jiggle, on_boundary, rectangle_mesh
@@ -68,7 +68,7 @@ contains
     end do
     call assembly_create(kind, fixed_geometry, law, x, cells, assembly)
 
-    associate (batch => assembly%batch)
+    associate (batch => assembly)
       batch%bubble_factor = 2.5_wp
       do cell = 1, n_cell
         call random%fill(-stress, stress, s)
@@ -155,9 +155,9 @@ contains
 
     call scatter_cells(kind, fixed_geometry, law, N_CELL, stress, assembly)
     call assembly%evaluate()
-    allocate (tangent, source=assembly%batch%tangent)
+    allocate (tangent, source=assembly%tangent)
     allocate (start, source=assembly%unknowns)
-    m = assembly%batch%n_dim + 1
+    m = assembly%n_dim + 1
     n_unknown = m * m
     allocate (numeric(n_unknown, n_unknown, N_CELL))
     ! The same unknown of every cell at once: cells share no node
@@ -170,10 +170,10 @@ contains
         assembly%unknowns(column::n_unknown) = start(column::n_unknown) + PLACES(i) * step
         call assembly%evaluate()
         numeric(:, column, :) = numeric(:, column, :) + WEIGHTS(i) / step &
-          * reshape(assembly%batch%residual, [n_unknown, N_CELL])
+          * reshape(assembly%residual, [n_unknown, N_CELL])
       end do
     end do
-    if (assembly%n_failed > 0 .or. assembly%batch%inverted > 0) then
+    if (assembly%n_failed > 0 .or. assembly%n_inverted > 0) then
       error = huge(1.0_wp)
       return
     end if
@@ -228,15 +228,15 @@ contains
     integer :: cell, info, m, n
 
     call scatter_cells(kind, .true., law, N_CELL, 1.0_wp, assembly)
-    assembly%batch%bubble_factor = 1.0_wp
-    assembly%batch%bubble_modulus = 2.0_wp * shear_modulus
-    assembly%batch%relaxation = 1.0_wp
-    assembly%batch%deviator_old = 0.0_wp
-    assembly%batch%pressure_old = 0.0_wp
-    assembly%batch%log_volume_old = 0.0_wp
+    assembly%bubble_factor = 1.0_wp
+    assembly%bubble_modulus = 2.0_wp * shear_modulus
+    assembly%relaxation = 1.0_wp
+    assembly%deviator_old = 0.0_wp
+    assembly%pressure_old = 0.0_wp
+    assembly%log_volume_old = 0.0_wp
     call assembly%evaluate()
 
-    n = assembly%batch%n_dim
+    n = assembly%n_dim
     m = (n + 1)**2
     error = 0.0_wp
     allocate (pivots(n), place(m), residual(m), bubble(n, n), right(n, m), condensed(m, m), &
@@ -244,17 +244,17 @@ contains
     do cell = 1, N_CELL
       x = assembly%coordinates(:, assembly%cells(:, cell))
       call full_system(kind, x, shear_modulus, &
-                       assembly%batch%inverse_bulk_modulus, &
-                       assembly%batch%grad_div_modulus(cell), full)
+                       law%inverse_bulk_modulus, &
+                       assembly%grad_div_modulus(cell), full)
       right = full(m + 1:, :m)
       bubble = full(m + 1:, m + 1:)
       call dgesv(n, m, bubble, n, pivots, right, n, info)
       condensed = full(:m, :m) - matmul(full(:m, m + 1:), right)
-      error = max(error, maxval(abs(condensed - assembly%batch%tangent(:, :, cell))) &
+      error = max(error, maxval(abs(condensed - assembly%tangent(:, :, cell))) &
                   / maxval(abs(condensed)))
       place = assembly%get_place(cell)
       residual = matmul(condensed, assembly%unknowns(place))
-      error = max(error, maxval(abs(residual - reshape(assembly%batch%residual(:, :, cell), [m]))) &
+      error = max(error, maxval(abs(residual - reshape(assembly%residual(:, :, cell), [m]))) &
                   / maxval(abs(residual)))
     end do
 
@@ -444,8 +444,8 @@ contains
     stress_error = 0.0_wp
     equation_error = 0.0_wp
     call assembly_create(kind, .false., law, x, reshape([(i, i=1, m)], [m, 1]), assembly)
-    assembly%batch%deviator_old(:, 1) = initial
-    assembly%batch%pressure_old = PRESSURE
+    assembly%deviator_old(:, 1) = initial
+    assembly%pressure_old = PRESSURE
     forces = 0.0_wp
 
     ! Step 0 does not move: forces at the start
@@ -465,15 +465,15 @@ contains
         assembly%unknowns(m * (i - 1) + 1:m * (i - 1) + n) = moved(:, i) - x(:, i)
       end do
       call assembly%evaluate()
-      associate (batch => assembly%batch, points => assembly%points)
+      associate (batch => assembly)
         if (step == 0) forces = batch%residual(:n, :, 1)
         expected = rotated(initial, turn)
-        stress_error = maxval(abs(points%deviatoric_stress(:, 1) - expected)) / STRESS
+        stress_error = maxval(abs(batch%deviatoric_stress(:, 1) - expected)) / STRESS
         equation_error = max(equation_error, stress_error, &
                              maxval(abs(batch%residual(:n, :, 1) - matmul(turn(:n, :n), forces))) &
                              / maxval(abs(forces)), &
                              maxval(abs(batch%residual(m, :, 1))) / batch%volume_old(1))
-        batch%deviator_old(:, 1) = points%deviatoric_stress(:, 1)
+        batch%deviator_old(:, 1) = batch%deviatoric_stress(:, 1)
         batch%log_volume_old = batch%log_volume_new
       end associate
       x = moved
@@ -512,11 +512,11 @@ contains
           - assembly%coordinates(:, i)
       end do
       call assembly%evaluate()
-      error = max(error, maxval(abs(assembly%batch%residual(m, :, 1))) / volume)
+      error = max(error, maxval(abs(assembly%residual(m, :, 1))) / volume)
       assembly%coordinates = ratio * start
-      assembly%batch%pressure_old = pressure
-      assembly%batch%deviator_old(:, 1) = assembly%points%deviatoric_stress(:, 1)
-      assembly%batch%log_volume_old = assembly%batch%log_volume_new
+      assembly%pressure_old = pressure
+      assembly%deviator_old(:, 1) = assembly%deviatoric_stress(:, 1)
+      assembly%log_volume_old = assembly%log_volume_new
     end do
 
   end subroutine volume_error
@@ -616,8 +616,8 @@ contains
     end do
     displacement_error = displacement_error / maxval(abs(gradient))
     stress_error = 0.0_wp
-    do cell = 1, assembly%batch%n_cell
-      stress_error = max(stress_error, maxval(abs(assembly%points%deviatoric_stress(:, cell) &
+    do cell = 1, assembly%n_cell
+      stress_error = max(stress_error, maxval(abs(assembly%deviatoric_stress(:, cell) &
                                                   - stress)) / maxval(abs(stress)))
     end do
 

@@ -4,7 +4,7 @@ module swage_test_manufactured
   use swage_kinds, only: wp
   use swage_mandel, only: mandel_from_matrix
   use swage_material_law, only: material_law_t
-  use swage_mini_element, only: AXISYMMETRIC, PLANE_STRAIN, THREE_DIMENSIONAL
+  use swage_cell_geometry, only: AXISYMMETRIC, PLANE_STRAIN, THREE_DIMENSIONAL
   use swage_test_assembly, only: assembly_create, assembly_t
   use swage_test_lapack, only: dgbsv
   use swage_test_meshes, only: box_mesh, on_boundary, rectangle_mesh
@@ -101,11 +101,11 @@ contains
     integer, allocatable :: place(:)
     integer :: a, cell, j, m, n, point
 
-    n = assembly%batch%n_dim
+    n = assembly%n_dim
     m = n + 1
     call simplex_rule(n, 6, barycentric, weight)
     allocate (place(m * m))
-    associate (batch => assembly%batch)
+    associate (batch => assembly)
       do cell = 1, batch%n_cell
         place = assembly%get_place(cell)
         bubble_force = 0.0_wp
@@ -151,7 +151,7 @@ contains
     integer, allocatable :: place(:)
     integer :: cell, m, n, point
 
-    n = assembly%batch%n_dim
+    n = assembly%n_dim
     m = n + 1
     call simplex_rule(n, 6, barycentric, weight)
     allocate (place(m * m), unknowns(m, m))
@@ -160,10 +160,10 @@ contains
     pressure_error = 0.0_wp
     mean = 0.0_wp
     total = 0.0_wp
-    do cell = 1, assembly%batch%n_cell
+    do cell = 1, assembly%n_cell
       place = assembly%get_place(cell)
       unknowns = reshape(assembly%unknowns(place), [m, m])
-      associate (gradient => assembly%batch%gradient_old(:, :, cell))
+      associate (gradient => assembly%gradient_old(:, :, cell))
         do point = 1, size(weight)
           call cell_point(kind, assembly, cell, barycentric(:, point), flow, scale)
           scale = scale * weight(point)
@@ -194,17 +194,19 @@ contains
     real(wp), intent(out) :: scale
 
     real(wp) :: x(3)
-    integer :: n
+    integer :: a, n
 
-    n = assembly%batch%n_dim
+    n = assembly%n_dim
     x = 0.0_wp
-    x(:n) = matmul(assembly%batch%coordinates(:, :, cell), barycentric)
-    scale = assembly%batch%volume_old(cell)
+    do a = 1, n + 1
+      x(:n) = x(:n) + assembly%coordinates(:, assembly%cells(a, cell)) * barycentric(a)
+    end do
+    scale = assembly%volume_old(cell)
     select case (kind)
     case (PLANE_STRAIN)
       call plane_flow(x, flow)
     case (AXISYMMETRIC)
-      scale = scale * x(1) * 3.0_wp * assembly%batch%hoop_old(cell)
+      scale = scale * x(1) * 3.0_wp * assembly%hoop_old(cell)
       call axial_flow(x, flow)
     case default
       call solid_flow(x, flow)

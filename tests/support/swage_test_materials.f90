@@ -52,9 +52,9 @@ contains
     do point = 1, n_point
       call random%next(250.0_wp, 1500.0_wp, batch%temperature_new(point))
       if (law%n_state > 0) then
-        call random%next(-0.3_wp, 1.0_wp, batch%state_old(ROW_STRAIN, point))
-        batch%state_old(ROW_STRAIN, point) = max(batch%state_old(ROW_STRAIN, point), 0.0_wp)
-        call random%next(0.0_wp, 10.0_wp, batch%state_old(ROW_RATE, point))
+        call random%next(-0.3_wp, 1.0_wp, batch%state_old(point, ROW_STRAIN))
+        batch%state_old(point, ROW_STRAIN) = max(batch%state_old(point, ROW_STRAIN), 0.0_wp)
+        call random%next(0.0_wp, 10.0_wp, batch%state_old(point, ROW_RATE))
       end if
     end do
     call find_thresholds(law, batch, threshold)
@@ -64,32 +64,32 @@ contains
       call draw_direction(random, direction)
       call random%next(0.0_wp, 1.3_wp, magnitude)
       call random%next(-1000.0_wp, 1000.0_wp, pressure)
-      batch%stress_old(:, point) = magnitude * scale * sqrt(2.0_wp / 3.0_wp) * direction
+      batch%stress_old(point, :) = magnitude * scale * sqrt(2.0_wp / 3.0_wp) * direction
       call draw_direction(random, direction)
       call random%next(-9.0_wp, log10(0.5_wp), magnitude)
-      batch%strain_increment(:, point) = 10.0_wp**magnitude * direction
+      batch%strain_increment(point, :) = 10.0_wp**magnitude * direction
       do i = 1, 3
-        batch%stress_old(i, point) = batch%stress_old(i, point) - pressure
-        batch%strain_increment(i, point) = batch%strain_increment(i, point) &
+        batch%stress_old(point, i) = batch%stress_old(point, i) - pressure
+        batch%strain_increment(point, i) = batch%strain_increment(point, i) &
           + 0.3_wp * 10.0_wp**magnitude
       end do
 
       ! Trial stress along the old one, to the wanted distance
       if (mod(point, 10) < 2 .and. threshold(point) > 0.0_wp) then
         ! Without pressure, whose rounding would drown the distance
-        trial = deviator(batch%stress_old(:, point))
-        batch%stress_old(:, point) = trial
+        trial = deviator(batch%stress_old(point, :))
+        batch%stress_old(point, :) = trial
         magnitude = 1.0_wp + merge(CLOSEST, -CLOSEST, mod(point, 10) == 0)
         trial = trial * (magnitude * threshold(point) / equivalent_stress(trial) - 1.0_wp)
-        batch%strain_increment(:, point) = trial / law%reference_modulus
+        batch%strain_increment(point, :) = trial / law%reference_modulus
       end if
 
       if (law%fluid) then
-        step(point) = 1.0e-3_wp * norm2(deviator(batch%strain_increment(:, point)))
+        step(point) = 1.0e-3_wp * norm2(deviator(batch%strain_increment(point, :)))
         cycle
       end if
-      trial = deviator(batch%stress_old(:, point)) &
-        + law%reference_modulus * deviator(batch%strain_increment(:, point))
+      trial = deviator(batch%stress_old(point, :)) &
+        + law%reference_modulus * deviator(batch%strain_increment(point, :))
       trial_equivalent = equivalent_stress(trial)
       distance = abs(trial_equivalent - threshold(point))
       distance = max(1.0e-3_wp * distance, min(0.3_wp * distance, 1.0e-7_wp * trial_equivalent))
@@ -145,23 +145,23 @@ contains
     real(wp), parameter :: PLACES(4) = [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp]
 
     type(point_batch_t) :: moved
-    real(wp) :: modulus, scale
+    real(wp) :: modulus, scale, tangent(6, 6)
     real(wp), allocatable :: difference(:, :, :)
     integer :: i, j, n_lost, point
 
     call law%update(batch, n_failed)
     allocate (by_strain(batch%n_point), by_stress(batch%n_point), source=0.0_wp)
     do j = 1, 6
-      allocate (difference(6, batch%n_point, 2), source=0.0_wp)
+      allocate (difference(batch%n_point, 6, 2), source=0.0_wp)
       do i = 1, 4
         moved = batch
-        moved%strain_increment(j, :) = moved%strain_increment(j, :) + PLACES(i) * step
+        moved%strain_increment(:, j) = moved%strain_increment(:, j) + PLACES(i) * step
         call law%update(moved, n_lost)
         n_failed = n_failed + n_lost
         difference(:, :, 1) = difference(:, :, 1) + WEIGHTS(i) * moved%deviatoric_stress
 
         moved = batch
-        moved%stress_old(j, :) = moved%stress_old(j, :) &
+        moved%stress_old(:, j) = moved%stress_old(:, j) &
           + PLACES(i) * step * law%reference_modulus
         call law%update(moved, n_lost)
         n_failed = n_failed + n_lost
@@ -169,18 +169,19 @@ contains
       end do
 
       do point = 1, batch%n_point
-        scale = maxval(abs(batch%deviatoric_tangent(:, :, point)))
+        tangent = batch%tangent_at(point)
+        scale = maxval(abs(tangent))
         by_strain(point) = max(by_strain(point), &
-                               maxval(abs(difference(:, point, 1) / step(point) &
-                                          - batch%deviatoric_tangent(:, j, point))) / scale)
+                               maxval(abs(difference(point, :, 1) / step(point) &
+                                          - tangent(:, j))) / scale)
         modulus = batch%memory_modulus(point)
         if (modulus > 0.0_wp) then
           by_stress(point) = max(by_stress(point), &
-                                 maxval(abs(difference(:, point, 2) / step(point) &
+                                 maxval(abs(difference(point, :, 2) / step(point) &
                                             * modulus / law%reference_modulus &
-                                            - batch%deviatoric_tangent(:, j, point))) / scale)
+                                            - tangent(:, j))) / scale)
         else
-          by_stress(point) = max(by_stress(point), maxval(abs(difference(:, point, 2))))
+          by_stress(point) = max(by_stress(point), maxval(abs(difference(point, :, 2))))
         end if
       end do
       deallocate (difference)
@@ -204,13 +205,13 @@ contains
 
     if (.not. allocated(batch%stress_old)) call point_batch_create(1, law%n_state, batch)
     batch%dt = dt
-    batch%strain_increment(:, 1) = rate * dt &
+    batch%strain_increment(1, :) = rate * dt &
       * [1.0_wp, -0.5_wp, -0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp]
     n_failed = 0
     do i = 1, n_step
       call law%update(batch, n_lost)
       n_failed = n_failed + n_lost
-      batch%stress_old(:, 1) = batch%deviatoric_stress(:, 1)
+      batch%stress_old(1, :) = batch%deviatoric_stress(1, :)
       batch%state_old(:, :) = batch%state_new
     end do
 

@@ -4,6 +4,7 @@ module swage_test_systems
   use swage_comm, only: comm_t
   use swage_halo, only: halo_create, halo_t
   use swage_kinds, only: gp, wp
+  use swage_point_batch, only: LANES
   use swage_test_meshes, only: box_mesh, rectangle_mesh
   use swage_test_random, only: random_t
   use swage_unknowns, only: unknowns_t, UNKNOWN_OF_MESH
@@ -142,7 +143,7 @@ contains
     real(wp), intent(in) :: scatter
 
     type(random_t) :: random
-    real(wp), allocatable :: cell_matrix(:, :)
+    real(wp), allocatable :: batch(:, :, :), cell_matrix(:, :)
     real(wp) :: stiffness
     integer :: cell, first, i, j, last, m, n_cell, n_cell_all, n_vertex, place
 
@@ -151,6 +152,7 @@ contains
       n_vertex = size(u%cell_node, 1)
       n_cell = size(u%cell_node, 2)
       allocate (cell_matrix(m * n_vertex, m * n_vertex))
+      allocate (batch(LANES, 16, 16), source=0.0_wp)
       n_cell_all = n_cell
       call sum_integer(self%comm, n_cell_all)
       call cells_of(self%comm%rank, self%comm%size, n_cell_all, first, last)
@@ -167,7 +169,8 @@ contains
             end associate
           end do
         end do
-        call self%matrix%add_cell(cell - first + 1, cell_matrix)
+        batch(1, :m * n_vertex, :m * n_vertex) = cell_matrix
+        call self%matrix%add_cells([cell - first + 1], batch)
       end do
       do i = 1, u%n_node
         do j = 1, m

@@ -2,7 +2,7 @@
 program verify_convergence
   use swage_kinds, only: wp
   use swage_material_law, only: material_law_t
-  use swage_mini_element, only: THREE_DIMENSIONAL
+  use swage_cell_geometry, only: THREE_DIMENSIONAL
   use swage_test_element_checks, only: KIND_NAMES, KINDS
   use swage_test_laws, only: make_elastic
   use swage_test_manufactured, only: flow_errors

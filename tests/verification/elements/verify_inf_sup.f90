@@ -5,7 +5,7 @@
 program verify_inf_sup
   use swage_kinds, only: wp
   use swage_material_law, only: material_law_t
-  use swage_mini_element, only: PLANE_STRAIN, THREE_DIMENSIONAL
+  use swage_cell_geometry, only: PLANE_STRAIN, THREE_DIMENSIONAL
   use swage_test_assembly, only: assembly_create, assembly_t
   use swage_test_element_checks, only: KIND_NAMES, KINDS
   use swage_test_lapack, only: dgemm, dpotrf, dpotrs, dsygv
@@ -88,7 +88,7 @@ contains
     ! K is the integral of the product of the deviatoric strains
     call make_elastic(1.5_wp, 0.5_wp, law, shear_modulus)
     call assembly_create(kind, .true., law, x, cells, assembly)
-    assembly%batch%bubble_factor = bubble_factor
+    assembly%bubble_factor = bubble_factor
     call assembly%evaluate()
     call assembly%get_dense(matrix)
 
@@ -114,7 +114,7 @@ contains
       do b = 1, m
         do a = 1, m
           mass(cells(a, cell), cells(b, cell)) = mass(cells(a, cell), cells(b, cell)) &
-            + assembly%batch%volume_old(cell) * merge(2.0_wp, 1.0_wp, a == b) &
+            + assembly%volume_old(cell) * merge(2.0_wp, 1.0_wp, a == b) &
             / (m * (m + 1))
         end do
       end do

@@ -1,0 +1,280 @@
+!> What [[swage_mechanics]] does with its cells: gather a batch, call its law, scatter residual and
+!> tangent.
+submodule(swage_mechanics) swage_mechanics_cells
+  use swage_mini_element, only: mini_batch_create
+  use swage_point_batch, only: LANES, point_batch_create
+  use swage_state_table, only: rotate_state
+  implicit none(type, external)
+
+  !> Smallest θ of the bubble: perfect plasticity would make its compliance infinite.
+  real(wp), parameter :: MINIMUM_RELAXATION = 1.0e-3_wp
+  !> Newton iterations of the first step during which the bubble of a fluid follows its viscosity.
+  integer, parameter :: FREE_ITERATIONS = 4
+
+contains
+
+  module subroutine build_batches(self, n_state)
+    type(mechanics_t), intent(inout) :: self
+    integer, intent(in) :: n_state
+
+    integer :: cell, first, i, last, place
+
+    ! Cells keep the order of the mesh: that of the arrays they are gathered from
+    allocate (self%cell_order(self%mesh%n_cell), self%batches(count_batches(self)))
+    place = 0
+    last = 0
+    do i = 1, size(self%materials)
+      first = last + 1
+      do cell = 1, self%mesh%n_cell
+        if (self%material_of_cell(cell) /= i) cycle
+        last = last + 1
+        self%cell_order(last) = cell
+      end do
+      do while (first <= last)
+        place = place + 1
+        self%batches(place) = cell_range_t(first, min(first + LANES - 1, last), i)
+        first = self%batches(place)%last + 1
+      end do
+    end do
+    allocate (self%element)
+    call mini_batch_create(self%settings%kind, self%settings%fixed_geometry, self%element)
+    self%element%bubble_factor = self%settings%bubble_factor
+    call point_batch_create(LANES, n_state, self%points)
+
+  end subroutine build_batches
+
+  !> Batches that the cells of this rank need, of one material each.
+  pure function count_batches(self) result(n_batch)
+    type(mechanics_t), intent(in) :: self
+    integer :: n_batch
+
+    integer :: i
+
+    n_batch = 0
+    do i = 1, size(self%materials)
+      n_batch = n_batch + (count(self%material_of_cell == i) + LANES - 1) / LANES
+    end do
+
+  end function count_batches
+
+  module subroutine mechanics_gather(self, range)
+    class(mechanics_t), intent(inout) :: self
+    type(cell_range_t), intent(in) :: range
+
+    integer :: i, n
+    real(wp) :: share
+
+    associate (element => self%element, points => self%points, &
+               law => self%materials(range%material)%law)
+      n = range%last - range%first + 1
+      element%n_cell = n
+      element%inverse_bulk_modulus = law%inverse_bulk_modulus
+      call points%start(n)
+      points%dt = self%time_new - self%time
+      points%time = self%time_new
+      ! The viscosity of a fluid is given as 2η/dt of the last step
+      share = 1.0_wp
+      if (law%fluid .and. self%dt_last > 0.0_wp) share = self%dt_last / points%dt
+      associate (cells => self%cell_order(range%first:range%last))
+        call gather_nodes(cells, self%mesh%cell_node, self%mesh%coordinates, self%increment, &
+                          self%pressure, self%pressure_new, self%temperature, element, points)
+        do i = 1, n
+          element%deviator_old(i, :) = self%deviator(:, cells(i))
+          element%log_volume_old(i) = self%log_volume(cells(i))
+          element%bubble_modulus(i) = share * self%bubble_modulus(cells(i))
+          element%relaxation(i) = self%relaxation(cells(i))
+          element%grad_div_modulus(i) = self%settings%grad_div * self%flow_stress(cells(i))
+          points%cell(i) = self%mesh%cell_tag(cells(i))
+          points%state_old(i, :law%n_state) = self%state(:law%n_state, cells(i))
+        end do
+      end associate
+      call element%start(points)
+      if (element%inverted == 0 .and. .not. self%settings%fixed_geometry) then
+        call rotate_state(law%state_table, points%rotation_increment, points%state_old)
+      end if
+    end associate
+
+  end subroutine mechanics_gather
+
+  !> Values at the vertices of cells.
+  pure subroutine gather_nodes(cells, cell_node, coordinates, increment, pressure, pressure_new, &
+                               temperature, element, points)
+    integer, intent(in) :: cells(:)
+    integer, contiguous, intent(in) :: cell_node(:, :)
+    !> Shape (n_dim, n_node).
+    real(wp), contiguous, intent(in) :: coordinates(:, :), increment(:, :)
+    !> Shape (n_node).
+    real(wp), contiguous, intent(in) :: pressure(:), pressure_new(:), temperature(:)
+    type(mini_batch_t), intent(inout) :: element
+    type(point_batch_t), intent(inout) :: points
+
+    real(wp) :: mean
+    integer :: a, i, j, node
+
+    do i = 1, size(cells)
+      mean = 0.0_wp
+      do a = 1, size(cell_node, 1)
+        node = cell_node(a, cells(i))
+        do j = 1, size(coordinates, 1)
+          element%coordinates(i, j, a) = coordinates(j, node)
+          element%displacement(i, j, a) = increment(j, node)
+        end do
+        element%pressure_old(i, a) = pressure(node)
+        element%pressure_new(i, a) = pressure_new(node)
+        mean = mean + temperature(node)
+      end do
+      mean = mean / size(cell_node, 1)
+      points%temperature_old(i) = mean
+      points%temperature_new(i) = mean
+    end do
+
+  end subroutine gather_nodes
+
+  module subroutine evaluate_batch(self, range, cell_forces, strained_volume, status)
+    class(mechanics_t), intent(inout) :: self
+    type(cell_range_t), intent(in) :: range
+    real(wp), intent(inout) :: cell_forces
+    real(wp), intent(inout) :: strained_volume
+    type(status_t), intent(inout) :: status
+
+    integer :: n_failed
+
+    associate (element => self%element, points => self%points, &
+               law => self%materials(range%material)%law, &
+               cells => self%cell_order(range%first:range%last))
+      ! Nothing is known about the viscosity of a fluid before it has moved
+      if (law%initial_relaxation <= 0.0_wp .and. .not. self%dt_last > 0.0_wp &
+          .and. self%n_evaluation > 1 .and. self%n_evaluation <= FREE_ITERATIONS) then
+        self%bubble_modulus(cells) = self%bubble_modulus_new(cells)
+      end if
+      call self%gather(range)
+      if (element%inverted > 0) then
+        call status%raise(STATUS_RETRY, 'evaluate_batch', &
+                          place_of(self, cells(element%inverted))//' is inverted', &
+                          EXIT_CONVERGENCE)
+        return
+      end if
+      call law%update(points, n_failed)
+      if (n_failed > 0) then
+        call status%raise(STATUS_RETRY, 'evaluate_batch', 'law '//trim(law%label)// &
+                          ' of material '//self%materials(range%material)%name//' fails in '// &
+                          place_of(self, cells(points%first_failed))//': '// &
+                          trim(points%failure)//others(n_failed - 1), EXIT_CONVERGENCE)
+        return
+      end if
+      call element%finish(points, with_tangent=.true.)
+      self%recommended_step = min(self%recommended_step, points%suggested_time_step)
+
+      call self%matrix%add_cells(cells, element%tangent)
+      call scatter_forces(cells, self%mesh%cell_node, element, self%residual)
+      call keep_results(self, law, cells)
+      call measure_batch(element, points, cell_forces, strained_volume)
+    end associate
+
+  end subroutine evaluate_batch
+
+  !> A cell, for messages.
+  function place_of(self, cell) result(place)
+    class(mechanics_t), intent(in) :: self
+    integer, intent(in) :: cell
+    character(len=:), allocatable :: place
+
+    real(wp) :: centre(self%mesh%dimension)
+    integer :: a
+
+    centre = 0.0_wp
+    do a = 1, size(self%mesh%cell_node, 1)
+      centre = centre + self%mesh%coordinates(:, self%mesh%cell_node(a, cell))
+    end do
+    place = 'cell '//text(int(self%mesh%cell_tag(cell)))// &
+      near(centre / size(self%mesh%cell_node, 1))
+
+  end function place_of
+
+  !> How many points fail besides the first.
+  pure function others(n) result(words)
+    integer, intent(in) :: n
+    character(len=:), allocatable :: words
+
+    words = ''
+    if (n == 1) words = ', and in one more cell beside it'
+    if (n > 1) words = ', and in '//text(n)//' more cells beside it'
+
+  end function others
+
+  !> Add the residual of each cell to its nodes.
+  pure subroutine scatter_forces(cells, cell_node, element, residual)
+    integer, intent(in) :: cells(:)
+    integer, contiguous, intent(in) :: cell_node(:, :)
+    type(mini_batch_t), intent(in) :: element
+    real(wp), contiguous, intent(inout) :: residual(:, :)
+
+    integer :: a, i, j, node
+
+    do i = 1, size(cells)
+      do a = 1, size(cell_node, 1)
+        node = cell_node(a, cells(i))
+        do j = 1, size(residual, 1)
+          residual(j, node) = residual(j, node) + element%residual(i, j, a)
+        end do
+      end do
+    end do
+
+  end subroutine scatter_forces
+
+  !> What belongs to the end of the step.
+  pure subroutine keep_results(self, law, cells)
+    class(mechanics_t), intent(inout) :: self
+    class(material_law_t), intent(in) :: law
+    integer, intent(in) :: cells(:)
+
+    integer :: cell, i
+
+    associate (element => self%element, points => self%points)
+      do i = 1, size(cells)
+        cell = cells(i)
+        self%deviator_new(:, cell) = points%deviatoric_stress(i, :)
+        self%log_volume_new(cell) = element%log_volume_new(i)
+        self%volume_new(cell) = element%volume_new(i)
+        self%mean_stress(cell) = element%mean_stress(i)
+        self%state_new(:law%n_state, cell) = points%state_new(i, :law%n_state)
+        self%bubble_modulus_new(cell) = max(points%bubble_modulus(i), &
+                                            MINIMUM_RELAXATION * points%memory_modulus(i))
+        self%relaxation_new(cell) = points%relaxation_factor(i)
+        if (law%initial_relaxation > 0.0_wp) then
+          self%relaxation_new(cell) = max(self%relaxation_new(cell), MINIMUM_RELAXATION)
+        end if
+        self%flow_stress_new(cell) = points%flow_stress(i)
+      end do
+    end associate
+
+  end subroutine keep_results
+
+  !> Sizes of forces and strains.
+  pure subroutine measure_batch(element, points, cell_forces, strained_volume)
+    type(mini_batch_t), intent(in) :: element
+    type(point_batch_t), intent(in) :: points
+    real(wp), intent(inout) :: cell_forces
+    real(wp), intent(inout) :: strained_volume
+
+    real(wp) :: force, strain
+    integer :: a, i, j
+
+    do i = 1, element%n_cell
+      force = 0.0_wp
+      do a = 1, element%n_vertex
+        do j = 1, element%n_dim
+          force = force + element%residual(i, j, a)**2
+        end do
+      end do
+      cell_forces = cell_forces + force
+      strain = 0.0_wp
+      do j = 1, 6
+        strain = strain + points%strain_increment(i, j)**2
+      end do
+      strained_volume = strained_volume + element%volume_new(i) * sqrt(strain)
+    end do
+
+  end subroutine measure_batch
+
+end submodule swage_mechanics_cells
