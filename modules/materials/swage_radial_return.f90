@@ -117,8 +117,8 @@ contains
 
   end subroutine radial_return_create
 
-  !> See [[material_law_t:update]]. A point fails when its trial stress is not finite or no
-  !> increment is found; it is left with its trial stress.
+  !> See [[material_law_t:update]]. A point fails when its trial stress is not finite, and is left
+  !> without stress, or when no increment is found, and is left with its trial stress.
   pure subroutine radial_return_update(self, batch, n_failed)
     class(radial_return_law_t), intent(in) :: self
     type(point_batch_t), intent(inout) :: batch
@@ -159,6 +159,9 @@ contains
     n_search = 0
     do i = 1, n
       if (.not. is_finite(equivalent(i))) then
+        ! Nothing may be computed with it
+        trial(i, :) = 0.0_wp
+        equivalent(i) = 0.0_wp
         n_failed = n_failed + 1
         call batch%fail(first + i - 1, 'the trial stress is not a finite number')
       else if (equivalent(i) > flow%stress(i) * (1.0_wp + ON_SURFACE)) then
