@@ -13,7 +13,8 @@ module swage_signals
   integer(c_int), parameter :: SIGTERM = 15_c_int
   integer(c_int), parameter :: SIGXFSZ = 25_c_int
 
-  !> C's SIG_IGN.
+  !> C's SIG_DFL and SIG_IGN.
+  integer(c_intptr_t), parameter :: DEFAULT = 0_c_intptr_t
   integer(c_intptr_t), parameter :: IGNORE = 1_c_intptr_t
 
   ! A handler has no arguments of its own: the exception to the rule against module variables
@@ -61,12 +62,15 @@ contains
 
   end subroutine take_signals
 
-  !> The handler.
+  !> The handler. Who asks for the end a second time will not wait for the increment.
   subroutine note_signal(number) bind(C, name='swage_note_signal')
     integer(c_int), value, intent(in) :: number
 
+    type(c_funptr) :: ignored
+
     if (number == SIGTERM) then
       end_asked = 1_c_int
+      ignored = c_signal(SIGTERM, transfer(DEFAULT, ignored))
     else
       save_asked = 1_c_int
     end if

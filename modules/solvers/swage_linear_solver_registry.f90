@@ -1,5 +1,6 @@
 !> Names of the linear solvers. A new one is one new file and one line in `registry`.
 module swage_linear_solver_registry
+  use swage_blas_memory, only: claim_blas_memory
   use swage_block_matrix, only: block_matrix_t
   use swage_comm, only: comm_t
   use swage_halo, only: halo_t
@@ -84,6 +85,9 @@ contains
     type(entry_t), allocatable :: entries(:)
     integer :: i
 
+    call claim_blas_memory(status)
+    call comm%agree(status)
+    if (status%failed()) return
     allocate (entries, source=registry())
     do i = 1, size(entries)
       if (entries(i)%name /= name) cycle
