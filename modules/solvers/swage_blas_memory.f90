@@ -22,8 +22,8 @@ module swage_blas_memory
       character(len=1), intent(in) :: transa, transb
       integer, intent(in) :: m, n, k, lda, ldb, ldc
       real(wp), intent(in) :: alpha, beta
-      real(wp), intent(in) :: a(lda, *), b(ldb, *)
-      real(wp), intent(inout) :: c(ldc, *)
+      real(wp), intent(in) :: a(lda, k), b(ldb, n)
+      real(wp), intent(inout) :: c(ldc, n)
     end subroutine dgemm
   end interface
 
@@ -39,9 +39,9 @@ contains
 
     allocate (room_for_it(ROOM / (storage_size(1.0_wp) / 8)), stat=problem)
     if (problem /= 0) then
-      call status%raise(STATUS_ERROR, 'claim_blas_memory', 'memory is short: the linear algebra '// &
-                        'library finds no room for its buffer of 128 MB. Give the run more '// &
-                        'memory', EXIT_SOLVER)
+      call status%raise(STATUS_ERROR, 'claim_blas_memory', 'memory is short: no room for the '// &
+                        'buffer of 128 MB that the linear algebra library takes. Give the run '// &
+                        'more memory', EXIT_SOLVER)
       return
     end if
     deallocate (room_for_it)
