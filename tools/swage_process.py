@@ -8,6 +8,7 @@
 Standard library only, but for `fields`, which needs the environment .venv.
 """
 import os
+import pathlib
 import resource
 import signal
 import subprocess
@@ -28,30 +29,24 @@ def write_case(context, name, text):
     (context.folder / f'{name}.nml').write_text(text, encoding='utf-8')
 
 
-def run(context, name, options=(), ranks=1, limits=None):
+def run(context, name, options=(), ranks=1):
     """Exit code and output of a run to its end."""
-    return Process(context, name, options, ranks, limits).finish()
+    return Process(context, name, options, ranks).finish()
 
 
 class Process:
     """A run of NAME.nml in the folder of the case."""
 
-    def __init__(self, context, name, options=(), ranks=1, limits=None):
-        """limits: {resource.RLIMIT_...: bytes}."""
+    def __init__(self, context, name, options=(), ranks=1):
         self.path = context.folder / name
         command = [str(context.swage), f'{name}.nml', *options]
         if ranks > 1:
             command = ['mpirun', '-n', str(ranks), *command]
-
-        def prepare():
-            for kind, value in (limits or {}).items():
-                resource.setrlimit(kind, (value, value))
-
-        # A group of its own, so that all ranks can be killed at once
+        # A session of its own, by which all ranks are known
         self.process = subprocess.Popen(
             command, cwd=context.folder, env=environment(), stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding='utf-8', errors='replace',
-            start_new_session=True, preexec_fn=prepare)
+            start_new_session=True)
 
     def n_row(self):
         """Finished increments, by the status file."""
@@ -72,18 +67,47 @@ class Process:
             time.sleep(0.001)
         return True
 
-    def send(self, number):
-        """A signal to swage, or to mpirun; harmless when it has ended."""
-        if self.process.poll() is None:
+    def send(self, number, to_ranks=False):
+        """A signal to swage or to mpirun, or to the ranks themselves; harmless when it has ended."""
+        if to_ranks:
+            self.signal_members('swage', number)
+        elif self.process.poll() is None:
             self.process.send_signal(number)
+
+    def signal_members(self, name, number):
+        for member in self.members(name):
+            try:
+                os.kill(member, number)
+            except ProcessLookupError:
+                pass
 
     def kill(self):
         """End all ranks without warning."""
-        try:
-            os.killpg(self.process.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
+        self.signal_members('', signal.SIGKILL)
         self.process.communicate()
+
+    def members(self, name='swage'):
+        """Numbers of the processes of this run; of those whose program begins with a name."""
+        found = []
+        for path in pathlib.Path('/proc').glob('[0-9]*'):
+            try:
+                command, _, rest = (path / 'stat').read_text().partition('(')[2].rpartition(')')
+                if command.startswith(name) and int(rest.split()[3]) == self.process.pid:
+                    found.append(int(path.name))
+            except (OSError, ValueError, IndexError):
+                continue
+        return found
+
+    def limit(self, kind, value):
+        """Set a limit (resource.RLIMIT_FSIZE, ...) of all ranks: a number of bytes, or a function
+        that gives it from the size of the address space."""
+        for number in self.members():
+            try:
+                pages = int(pathlib.Path(f'/proc/{number}/statm').read_text().split()[0])
+                bound = value(pages * resource.getpagesize()) if callable(value) else value
+                resource.prlimit(number, kind, (bound, bound))
+            except (OSError, ProcessLookupError):
+                continue
 
     def finish(self):
         """Exit code and output; a Fault when the run hangs."""

@@ -77,6 +77,12 @@ module swage_tool_contact
     real(wp) :: excess = 0.0_wp
   end type contact_work_t
 
+  !> How nodes stood at the end of an accepted step; a failed one leaves no trace.
+  type :: standing_t
+    real(wp), allocatable :: area(:), penetration(:), pressure(:)
+    logical, allocatable :: active(:)
+  end type standing_t
+
   !> One pair of surface and tool. Node lists hold this rank's own nodes.
   type :: tool_contact_t
     character(len=:), allocatable :: name
@@ -116,6 +122,8 @@ module swage_tool_contact
     real(wp), allocatable :: bond(:, :), bond_change(:)
     !> In contact at the last evaluation; bonded since an earlier step where it cannot separate.
     logical, allocatable :: active(:), bonded(:)
+    !> Area, penetration, pressure and contact at the start of the step.
+    type(standing_t) :: accepted
     !> Changes of state during the step, the state before the last correction, and whether the node
     !> is held in its state.
     integer, allocatable :: n_change(:)
@@ -159,6 +167,8 @@ module swage_tool_contact
     procedure :: augment => tool_contact_augment
     !> Make the last evaluation the start of the next step.
     procedure :: accept => tool_contact_accept
+    !> Forget the step.
+    procedure :: reject => tool_contact_reject
     !> Put the state after the last accepted step into a snapshot, and take it back.
     procedure :: save => tool_contact_save
     procedure :: load => tool_contact_load
@@ -211,6 +221,7 @@ contains
               contact%touched(n), &
               source=.false.)
     allocate (contact%n_change(n), source=0)
+    call remember_standing(contact)
 
   end subroutine tool_contact_create
 
@@ -607,8 +618,30 @@ contains
     if (self%enforcement%kind == AUGMENTED_LAGRANGIAN) self%multiplier_old = self%pressure
     self%growth_old = self%growth
     if (.not. self%separation) self%bonded = self%bonded .or. self%active
+    call remember_standing(self)
 
   end subroutine tool_contact_accept
+
+  subroutine tool_contact_reject(self)
+    class(tool_contact_t), intent(inout) :: self
+
+    self%area = self%accepted%area
+    self%penetration = self%accepted%penetration
+    self%pressure = self%accepted%pressure
+    self%active = self%accepted%active
+    self%traction = self%traction_old
+
+  end subroutine tool_contact_reject
+
+  pure subroutine remember_standing(self)
+    class(tool_contact_t), intent(inout) :: self
+
+    self%accepted%area = self%area
+    self%accepted%penetration = self%penetration
+    self%accepted%pressure = self%pressure
+    self%accepted%active = self%active
+
+  end subroutine remember_standing
 
   !> Make the forces of the last evaluation those of the start of the next step.
   pure subroutine remember_forces(self)
@@ -632,10 +665,12 @@ contains
 
     title = 'contact '//self%name//': '
     call snapshot%put(title//'bonded', self%bonded, OF_SOME_NODES, self%node)
-    call snapshot%put(title//'active', self%active, OF_SOME_NODES, self%node)
-    call snapshot%put(title//'area', self%area, OF_SOME_NODES, self%node)
-    call snapshot%put(title//'penetration', self%penetration, OF_SOME_NODES, self%node)
-    call snapshot%put(title//'pressure', self%pressure, OF_SOME_NODES, self%node)
+    associate (now => self%accepted)
+      call snapshot%put(title//'active', now%active, OF_SOME_NODES, self%node)
+      call snapshot%put(title//'area', now%area, OF_SOME_NODES, self%node)
+      call snapshot%put(title//'penetration', now%penetration, OF_SOME_NODES, self%node)
+      call snapshot%put(title//'pressure', now%pressure, OF_SOME_NODES, self%node)
+    end associate
     call snapshot%put(title//'traction', self%traction_old, OF_SOME_NODES, self%node)
     call snapshot%put(title//'multiplier', self%multiplier_old, OF_SOME_NODES, self%node)
     call snapshot%put(title//'penalty growth', self%growth_old)
@@ -662,6 +697,7 @@ contains
     call snapshot%get(title//'multiplier', self%multiplier_old, status, OF_SOME_NODES, self%node)
     call snapshot%get(title//'penalty growth', self%growth_old, status)
     self%traction = self%traction_old
+    call remember_standing(self)
 
   end subroutine tool_contact_load
 

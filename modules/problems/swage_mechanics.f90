@@ -756,6 +756,9 @@ contains
     do i = 1, size(self%tools)
       call self%tools(i)%begin_step(self%time, self%time)
     end do
+    do i = 1, size(self%contacts)
+      call self%contacts(i)%reject()
+    end do
 
   end subroutine mechanics_reject_step
 
