@@ -15,8 +15,9 @@ program main
     character(len=:), allocatable :: subject
     !> Start of the names of the result files; the input decides when empty.
     character(len=:), allocatable :: prefix
-    !> Go on from the last restart file.
+    !> Go on from the last restart file; begin where there is none.
     logical :: restart = .false.
+    logical :: only_if_saved = .false.
   end type request_t
 
   type(comm_t) :: comm
@@ -77,7 +78,7 @@ contains
 
     call watch_signals()
     call simulation%start(request%subject, comm, status, prefix=request%prefix, echo=.true., &
-                          restart=request%restart)
+                          restart=request%restart, only_if_saved=request%only_if_saved)
     if (.not. status%failed()) call simulation%run(status)
     call simulation%finish(status)
 
@@ -127,6 +128,9 @@ contains
         request%action = 'check'
       case ('--restart')
         request%restart = .true.
+      case ('--continue')
+        request%restart = .true.
+        request%only_if_saved = .true.
       case ('--output')
         i = i + 1
         request%prefix = argument(i)
@@ -179,6 +183,7 @@ contains
       '                                     and .log (PREFIX: the case without .nml)', &
       '  swage CASE.nml --restart           go on from the last PREFIX.restart.h5, in the same', &
       '                                     results; ways to ask for one: --explain restart', &
+      '  swage CASE.nml --continue          the same, but begin where there is no restart file', &
       '  swage CASE.nml --check             read the case and its mesh, report faults', &
       '  swage --explain [GROUP]            the groups of the input file, the keys of one', &
       '  swage --version                    version, compiler and libraries', &

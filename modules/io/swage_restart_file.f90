@@ -21,6 +21,7 @@ module swage_restart_file
                                hdf5_open_file, hdf5_read_array, hdf5_write_array, MEMBER_LENGTH
   use swage_kinds, only: gp, wp
   use swage_output_path, only: describe_refusal
+  use swage_path, only: describe_unreadable, is_folder
   use swage_row_map, only: row_map_create, row_map_t, slab_start
   use swage_snapshot, only: ENTRY_INTEGERS, ENTRY_REALS, ENTRY_TEXT, OF_CELLS, OF_NODES, OF_RANK, &
                             OF_RUN, OF_SOME_NODES, snapshot_entry_t, snapshot_t
@@ -194,12 +195,14 @@ contains
         open (newunit=unit, file=path, access='stream', form='unformatted', status='old', &
               action='read', iostat=code, iomsg=reason)
         if (code /= 0) then
-          fault = 'it cannot be read: '//trim(reason)
+          fault = describe_unreadable(path, reason)
         else
           read (unit, iostat=code) header
           close (unit)
           call parse_header(header, n_expected, wanted, fault)
-          if (code /= 0 .or. fault /= '') then
+          if (is_folder(path)) then
+            fault = 'it is a folder, a file is expected'
+          else if (code /= 0 .or. fault /= '') then
             fault = 'it is not a restart file of this version of Swage, or not a complete one'
           else if (n_byte /= n_expected) then
             fault = 'it is damaged: it has '//long_text(n_byte)//' bytes, and was written with '// &
@@ -222,14 +225,17 @@ contains
   end subroutine restart_file_check
 
   !> Collective. The last complete restart file of a prefix.
-  subroutine restart_file_find(prefix, comm, path, remark, status)
+  subroutine restart_file_find(prefix, comm, required, path, remark, status)
     character(len=*), intent(in) :: prefix
     type(comm_t), intent(in) :: comm
+    !> Whether there must be one.
+    logical, intent(in) :: required
+    !> Empty when there is none.
     character(len=:), allocatable, intent(out) :: path
     !> Why it is not the last one written; empty when it is.
     character(len=:), allocatable, intent(out) :: remark
-    !> `STATUS_ERROR`, the same on all ranks: with `EXIT_INPUT` when there is none, with
-    !> `EXIT_FILE` when all are damaged.
+    !> `STATUS_ERROR`, the same on all ranks: with `EXIT_INPUT` when there is none but should be,
+    !> with `EXIT_FILE` when all are damaged.
     type(status_t), intent(inout) :: status
 
     character(len=:), allocatable :: fault, previous_fault
@@ -250,10 +256,13 @@ contains
       call status%raise(STATUS_ERROR, 'restart_file_find', 'there is no restart file to go on '// &
                         'from: '//remark//'; '//path//': '//previous_fault//'. Start again '// &
                         'without --restart', EXIT_FILE)
-    else
+    else if (required) then
       call status%raise(STATUS_ERROR, 'restart_file_find', 'there is no '// &
                         restart_path(prefix)//' to go on from; start without --restart', &
                         EXIT_INPUT)
+    else
+      path = ''
+      remark = ''
     end if
     call comm%agree(status)
 

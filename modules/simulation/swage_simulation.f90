@@ -111,7 +111,8 @@ module swage_simulation
 contains
 
   !> Faulty input is found before any file is opened: results of an earlier run survive it.
-  subroutine simulation_start(self, path, comm, status, content, prefix, echo, restart)
+  subroutine simulation_start(self, path, comm, status, content, prefix, echo, restart, &
+                              only_if_saved)
     class(simulation_t), intent(inout) :: self
     !> Of the input file; paths in it start in its folder.
     character(len=*), intent(in) :: path
@@ -128,13 +129,15 @@ contains
     !> Whether to go on from the last restart file of the same prefix, in the same results; false
     !> when absent.
     logical, intent(in), optional :: restart
+    !> Begin anew where there is no restart file, which is an error when false or absent.
+    logical, intent(in), optional :: only_if_saved
 
     character(len=:), allocatable :: problem
     logical :: prints
 
     call self%finish(status)
     if (status%failed()) return
-    call self%prepare(path, comm, status, content, prefix, restart)
+    call self%prepare(path, comm, status, content, prefix, restart, only_if_saved)
     if (status%failed()) return
 
     prints = .false.
@@ -204,7 +207,7 @@ contains
   end subroutine simulation_check
 
   !> Everything up to the first file that is written.
-  subroutine simulation_prepare(self, path, comm, status, content, prefix, restart)
+  subroutine simulation_prepare(self, path, comm, status, content, prefix, restart, only_if_saved)
     class(simulation_t), intent(inout) :: self
     character(len=*), intent(in) :: path
     type(comm_t), intent(in) :: comm
@@ -212,6 +215,7 @@ contains
     character(len=*), intent(in), optional :: content
     character(len=*), intent(in), optional :: prefix
     logical, intent(in), optional :: restart
+    logical, intent(in), optional :: only_if_saved
 
     type(mechanics_settings_t) :: settings
     type(mesh_t) :: mesh
@@ -262,31 +266,37 @@ contains
     call check_field_names(self%mechanics, self%case%output%fields, self%case%output%group, status)
     call comm%agree(status)
     self%control = step_control_create(self%case%steps)
-    if (.not. status%failed()) call self%restore(status, restart)
+    if (.not. status%failed()) call self%restore(status, restart, only_if_saved)
 
   end subroutine simulation_prepare
 
   !> Collective. Take the state of an earlier run, if one is asked for.
-  subroutine simulation_restore(self, status, restart)
+  subroutine simulation_restore(self, status, restart, only_if_saved)
     class(simulation_t), intent(inout) :: self
     type(status_t), intent(inout) :: status
     logical, intent(in), optional :: restart
+    logical, intent(in), optional :: only_if_saved
 
-    character(len=:), allocatable :: title
+    character(len=:), allocatable :: found, title
     type(status_t) :: outcome
+    logical :: required
 
     self%origin = self%case%restart%from
     self%remark = ''
     title = self%case%restart%title
     associate (prefix => self%case%output%prefix)
       self%continues = is_restart_file_of(prefix, self%origin, self%comm)
+      required = .true.
+      if (present(only_if_saved)) required = .not. only_if_saved
+      found = ''
       if (present(restart)) then
-        if (restart) then
-          self%continues = .true.
-          title = ''
-          call restart_file_find(prefix, self%comm, self%origin, self%remark, status)
-          if (status%failed()) return
-        end if
+        if (restart) call restart_file_find(prefix, self%comm, required, found, self%remark, status)
+        if (status%failed()) return
+      end if
+      if (found /= '') then
+        self%continues = .true.
+        self%origin = found
+        title = ''
       end if
     end associate
     if (self%origin == '') return
