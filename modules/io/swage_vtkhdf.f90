@@ -14,8 +14,9 @@ module swage_vtkhdf
   use swage_comm, only: comm_t
   use swage_disk_room, only: check_room
   use swage_finite, only: is_finite
-  use swage_hdf5, only: hdf5_create_file, hdf5_create_table, hdf5_flush, hdf5_start, &
-                        hdf5_write_integers, hdf5_write_rows, hdf5_write_text, note_code, LIST
+  use swage_hdf5, only: hdf5_claim_tail, hdf5_create_file, hdf5_create_table, hdf5_flush, &
+                        hdf5_start, hdf5_write_integers, hdf5_write_rows, hdf5_write_text, &
+                        note_code, LIST
   use swage_hdf5_arrays, only: hdf5_array_shape, hdf5_open_file, hdf5_read_integers, hdf5_read_list
   use swage_kinds, only: gp, wp
   use swage_mandel, only: SQRT2
@@ -236,6 +237,8 @@ contains
 
     broken = .false.
     call hdf5_start(broken)
+    if (comm%rank == 0) call hdf5_claim_tail(self%path)
+    call comm%agree(status)
     call hdf5_open_file(self%path, comm, .true., self%file, broken)
     if (broken) then
       inquire (file=self%path, exist=is_there)
