@@ -421,6 +421,9 @@ contains
         call complete_stress(self%volume_new, mean, stress(:, :, j, b))
       end do
     end do
+    if (points%has_back_stress .and. .not. self%fixed_geometry) then
+      call add_turning_back_stress(self, points, stress)
+    end if
     mean = self%grad_div_modulus * self%hoop_new
     if (self%kind == AXISYMMETRIC) call complete_stress(self%volume_new, mean, hoop_stress)
 
@@ -441,6 +444,33 @@ contains
     if (self%kind == AXISYMMETRIC) call add_bubble_coupling(self, points, push)
 
   end subroutine set_tangent
+
+  !> Add to the stress by displacements what the deviator gains as its back stress turns.
+  pure subroutine add_turning_back_stress(self, points, stress)
+    type(mini_batch_t), intent(in) :: self
+    type(point_batch_t), intent(in) :: points
+    !> Components times volume, by displacement j of vertex b in column (j, b), b > 1.
+    real(wp), intent(inout) :: stress(LANES, 6, 3, 4)
+
+    real(wp) :: axes(LANES, 3, 3), gain(LANES, 6, 3, 4), half_rate(LANES, 3, 3), none(LANES), &
+      of_spin(LANES, 6, 3), rate(LANES, 3, 3)
+    integer :: b, j
+
+    gain = 0.0_wp
+    none = 0.0_wp
+    of_spin = 0.0_wp
+    call find_axes(.true., self%displacement_gradient, axes)
+    call find_spin_rates(self%axial, half_rate, rate)
+    call add_turning(points%back_stress, rate, of_spin)
+    call add_spin(self%n_dim, axes, self%gradient_mid, of_spin, gain)
+    do b = 2, self%n_vertex
+      do j = 1, self%n_dim
+        call complete_stress(self%volume_new, none, gain(:, :, j, b))
+        stress(:, :, j, b) = stress(:, :, j, b) + gain(:, :, j, b)
+      end do
+    end do
+
+  end subroutine add_turning_back_stress
 
   !> Strain by displacements, the memory of the old stress included as the strain of same effect.
   pure subroutine differentiate_strain(self, points, strain, hoop_stress, push)
@@ -468,6 +498,12 @@ contains
                                points%memory_modulus(i) > 0.0_wp) / safe
         end do
       end do
+      if (points%has_back_stress) then
+        do j = 1, 6
+          memory(:, j) = memory(:, j) - points%back_stress(:, j) &
+            / merge(points%memory_modulus, 1.0_wp, points%memory_modulus > 0.0_wp)
+        end do
+      end if
       call find_spin_rates(self%axial, half_rate, rate)
       call add_turning(self%linear_strain, half_rate, of_spin)
       if (self%kind == AXISYMMETRIC) then

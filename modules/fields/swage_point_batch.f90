@@ -76,6 +76,11 @@ module swage_point_batch
     !> First point without a usable result, 0 when there is none, and what failed there.
     integer :: first_failed = 0
     character(len=80) :: failure = ''
+    !> Back stress, turned to the end of the step, of a law that answers for the stress relative to
+    !> it [stress]: `memory_modulus` is then that of the relative stress, and the deviator turns
+    !> with the back stress besides; shape (n_point, 6).
+    logical :: has_back_stress = .false.
+    real(wp), allocatable :: back_stress(:, :)
     !> Longest next step that the law recommends [time]. A law may only lower it.
     real(wp) :: suggested_time_step = huge(1.0_wp)
   contains
@@ -118,6 +123,7 @@ contains
     allocate (batch%bubble_modulus(capacity), source=0.0_wp)
     allocate (batch%relaxation_factor(capacity), source=1.0_wp)
     allocate (batch%dissipated_power(capacity), source=0.0_wp)
+    allocate (batch%back_stress(capacity, 6), source=0.0_wp)
     call batch%start(capacity)
 
   end subroutine point_batch_create
@@ -131,6 +137,7 @@ contains
     self%dissipated_power(:n_point) = 0.0_wp
     self%first_failed = 0
     self%failure = ''
+    self%has_back_stress = .false.
     self%suggested_time_step = huge(1.0_wp)
 
   end subroutine point_batch_start

@@ -18,6 +18,7 @@ module swage_chenot_eq3
   use swage_flow_stress_registry, only: take_threshold
   use swage_group, only: group_t
   use swage_kinds, only: wp
+  use swage_kinematic_hardening, only: kinematic_hardening_t
   use swage_material_law, only: material_law_t
   use swage_material_sources, only: material_sources_t
   use swage_overstress, only: overstress_batch_t, overstress_t
@@ -44,18 +45,20 @@ module swage_chenot_eq3
 contains
 
   !> Make the law from valid parameters, `rate_sensitivity` below 1.
-  pure subroutine chenot_eq3_create(elasticity, threshold, viscosity, law)
+  pure subroutine chenot_eq3_create(elasticity, threshold, viscosity, law, kinematic)
     type(elasticity_t), intent(in) :: elasticity
     class(flow_stress_t), intent(in) :: threshold
     type(viscosity_t), intent(in) :: viscosity
     type(radial_return_law_t), intent(out) :: law
+    !> Absent in a law without kinematic hardening.
+    type(kinematic_hardening_t), intent(in), optional :: kinematic
 
     type(chenot_eq3_overstress_t) :: overstress
 
     overstress%viscosity = viscosity
     overstress%exponent = viscosity%rate_sensitivity / (1.0_wp - viscosity%rate_sensitivity)
     overstress%starting_rate = viscosity%minimum_rate
-    call radial_return_create('chenot_eq3', elasticity, threshold, law, overstress)
+    call radial_return_create('chenot_eq3', elasticity, threshold, law, overstress, kinematic)
     ! From above: the sum is exact for R = 0
     law%initial_flow_stress = law%initial_flow_stress + viscosity%consistency &
       * (1.5_wp * viscosity%reference_rate)**viscosity%rate_sensitivity
@@ -71,6 +74,7 @@ contains
     type(status_t), intent(inout) :: status
 
     type(elasticity_t) :: elasticity
+    type(kinematic_hardening_t) :: kinematic
     type(radial_return_law_t) :: made
     type(viscosity_t) :: viscosity
     class(flow_stress_t), allocatable :: threshold
@@ -81,11 +85,12 @@ contains
       call group%refuse('rate_sensitivity', 'must be below 1 in chenot_eq3, whose flow would ' &
                         //'start with a jump; perzyna has the linear law')
     end if
+    call kinematic%take(group, sources)
     call take_threshold(group, sources, threshold, status)
     call group%finish(status)
     if (group%explaining .or. status%failed()) return
 
-    call chenot_eq3_create(elasticity, threshold, viscosity, made)
+    call chenot_eq3_create(elasticity, threshold, viscosity, made, kinematic)
     allocate (law, source=made)
 
   end subroutine chenot_eq3_from_group

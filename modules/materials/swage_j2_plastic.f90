@@ -1,10 +1,11 @@
-!> Rate-independent plasticity of von Mises with isotropic hardening: no overstress.
+!> Rate-independent plasticity of von Mises with isotropic and kinematic hardening: no overstress.
 module swage_j2_plastic
   use swage_elasticity, only: elasticity_t
   use swage_flow_stress, only: flow_stress_t
   use swage_flow_stress_registry, only: take_flow_stress
   use swage_group, only: group_t
   use swage_kinds, only: wp
+  use swage_kinematic_hardening, only: kinematic_hardening_t
   use swage_material_law, only: material_law_t
   use swage_material_sources, only: material_sources_t
   use swage_radial_return, only: radial_return_create, radial_return_law_t
@@ -21,13 +22,15 @@ module swage_j2_plastic
 contains
 
   !> Make the law from valid parameters.
-  pure subroutine j2_plastic_create(elasticity, flow_stress, law)
+  pure subroutine j2_plastic_create(elasticity, flow_stress, law, kinematic)
     type(elasticity_t), intent(in) :: elasticity
     !> Positive at no strain.
     class(flow_stress_t), intent(in) :: flow_stress
     type(radial_return_law_t), intent(out) :: law
+    !> Absent in a law without kinematic hardening.
+    type(kinematic_hardening_t), intent(in), optional :: kinematic
 
-    call radial_return_create('j2', elasticity, flow_stress, law)
+    call radial_return_create('j2', elasticity, flow_stress, law, kinematic=kinematic)
 
   end subroutine j2_plastic_create
 
@@ -40,15 +43,17 @@ contains
     type(status_t), intent(inout) :: status
 
     type(elasticity_t) :: elasticity
+    type(kinematic_hardening_t) :: kinematic
     class(flow_stress_t), allocatable :: flow_stress
     type(radial_return_law_t) :: made
 
     call elasticity%take(group, sources)
+    call kinematic%take(group, sources)
     call take_flow_stress(group, sources, .true., flow_stress, status)
     call group%finish(status)
     if (group%explaining .or. status%failed()) return
 
-    call j2_plastic_create(elasticity, flow_stress, made)
+    call j2_plastic_create(elasticity, flow_stress, made, kinematic)
     if (made%initial_flow_stress <= 0.0_wp) then
       call group%refuse('flow_stress', 'without strain it is 0, and j2 needs a positive yield ' &
                         //'stress')

@@ -11,6 +11,7 @@ module swage_perzyna
   use swage_flow_stress_registry, only: take_threshold
   use swage_group, only: group_t
   use swage_kinds, only: wp
+  use swage_kinematic_hardening, only: kinematic_hardening_t
   use swage_material_law, only: material_law_t
   use swage_material_sources, only: material_sources_t
   use swage_overstress, only: overstress_batch_t, overstress_t
@@ -32,17 +33,19 @@ module swage_perzyna
 contains
 
   !> Make the law from valid parameters.
-  pure subroutine perzyna_create(elasticity, threshold, viscosity, law)
+  pure subroutine perzyna_create(elasticity, threshold, viscosity, law, kinematic)
     type(elasticity_t), intent(in) :: elasticity
     class(flow_stress_t), intent(in) :: threshold
     type(viscosity_t), intent(in) :: viscosity
     type(radial_return_law_t), intent(out) :: law
+    !> Absent in a law without kinematic hardening.
+    type(kinematic_hardening_t), intent(in), optional :: kinematic
 
     type(perzyna_overstress_t) :: overstress
 
     overstress%viscosity = viscosity
     overstress%starting_rate = viscosity%minimum_rate
-    call radial_return_create('perzyna', elasticity, threshold, law, overstress)
+    call radial_return_create('perzyna', elasticity, threshold, law, overstress, kinematic)
     law%initial_flow_stress = law%initial_flow_stress &
       + viscosity%consistency * viscosity%reference_rate**viscosity%rate_sensitivity
 
@@ -57,17 +60,19 @@ contains
     type(status_t), intent(inout) :: status
 
     type(elasticity_t) :: elasticity
+    type(kinematic_hardening_t) :: kinematic
     type(radial_return_law_t) :: made
     type(viscosity_t) :: viscosity
     class(flow_stress_t), allocatable :: threshold
 
     call elasticity%take(group, sources)
     call viscosity%take(group, sources, 'K of sigma = R + K rate^m, uniaxial.')
+    call kinematic%take(group, sources)
     call take_threshold(group, sources, threshold, status)
     call group%finish(status)
     if (group%explaining .or. status%failed()) return
 
-    call perzyna_create(elasticity, threshold, viscosity, made)
+    call perzyna_create(elasticity, threshold, viscosity, made, kinematic)
     allocate (law, source=made)
 
   end subroutine perzyna_from_group

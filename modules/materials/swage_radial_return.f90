@@ -10,6 +10,8 @@
 !> and the consistent tangent, with \(H\) the rise of \(q^{tr}\) per unit of \(x\), is
 !> \[ 2G \theta\, \mathbb P - 2G \bigl(3G / H - (1 - \theta)\bigr) n \otimes n, \quad
 !>    n = s^{tr} / |s^{tr}|. \]
+!> With kinematic hardening all this holds for the stress relative to the back stress, and \(q\)
+!> falls by \((3G + C) x\); see [[swage_kinematic_hardening]].
 !> Temperature is that of the end of the step. The search for x goes through all points together, so
 !> that threshold and overstress are called once for all that still search.
 !>
@@ -19,6 +21,8 @@ module swage_radial_return
   use swage_finite, only: is_finite
   use swage_flow_stress, only: flow_batch_t, flow_stress_t
   use swage_kinds, only: wp
+  use swage_kinematic_hardening, only: kinematic_hardening_t, KINEMATIC_STATE, put_back_stress, &
+                                       take_back_stress
   use swage_material_law, only: material_law_t, PLASTIC_STATE, ROW_RATE, ROW_STRAIN
   use swage_overstress, only: overstress_batch_t, overstress_t
   use swage_point_batch, only: LANES, point_batch_t
@@ -57,6 +61,9 @@ module swage_radial_return
     class(flow_stress_t), allocatable :: threshold
     !> \(\Phi\); not allocated in a law that does not depend on the rate.
     class(overstress_t), allocatable :: overstress
+    type(kinematic_hardening_t) :: kinematic
+    !> \(3G + C\), what \(q\) loses per unit of \(x\) [stress].
+    real(wp) :: stiffness = 0.0_wp
   contains
     procedure :: update => radial_return_update
   end type radial_return_law_t
@@ -94,7 +101,7 @@ module swage_radial_return
 contains
 
   !> Make a law from valid parts.
-  pure subroutine radial_return_create(label, elasticity, threshold, law, overstress)
+  pure subroutine radial_return_create(label, elasticity, threshold, law, overstress, kinematic)
     !> Name of the law in messages.
     character(len=*), intent(in) :: label
     type(elasticity_t), intent(in) :: elasticity
@@ -103,6 +110,8 @@ contains
     type(radial_return_law_t), intent(out) :: law
     !> \(\Phi\); absent in a law that does not depend on the rate.
     class(overstress_t), intent(in), optional :: overstress
+    !> Absent in a law without kinematic hardening.
+    type(kinematic_hardening_t), intent(in), optional :: kinematic
 
     real(wp) :: slope
 
@@ -110,10 +119,16 @@ contains
     law%shear_modulus = elasticity%get_shear_modulus()
     allocate (law%threshold, source=threshold)
     if (present(overstress)) allocate (law%overstress, source=overstress)
+    if (present(kinematic)) law%kinematic = kinematic
+    law%stiffness = 3.0_wp * law%shear_modulus + law%kinematic%modulus
     call elasticity%describe(law)
     call threshold%evaluate(0.0_wp, threshold%reference_temperature, law%initial_flow_stress, &
                             slope)
-    call law%publish_state(PLASTIC_STATE)
+    if (law%kinematic%modulus > 0.0_wp) then
+      call law%publish_state(KINEMATIC_STATE)
+    else
+      call law%publish_state(PLASTIC_STATE)
+    end if
 
   end subroutine radial_return_create
 
@@ -147,7 +162,7 @@ contains
     real(wp) :: equivalent(LANES), trial(LANES, 6)
     integer :: i, n_search, p
 
-    call find_trial(2.0_wp * self%shear_modulus, first, n, batch, trial, equivalent)
+    call find_trial(self, first, n, batch, trial, equivalent)
     flow%n_point = n
     do i = 1, n
       flow%strain(i) = batch%state_old(first + i - 1, ROW_STRAIN)
@@ -183,27 +198,31 @@ contains
       end do
     end if
     call set_results(self%shear_modulus, first, n, trial, equivalent, back, batch)
+    if (self%kinematic%modulus > 0.0_wp) then
+      call put_back_stress(self%kinematic, first, n, trial, equivalent, back%increment, batch)
+    end if
 
   end subroutine return_points
 
-  !> Trial deviator and its equivalent stress.
-  pure subroutine find_trial(modulus, first, n, batch, trial, equivalent)
-    !> \(2G\) [stress].
-    real(wp), intent(in) :: modulus
+  !> Trial deviator, without the back stress, and its equivalent stress.
+  pure subroutine find_trial(self, first, n, batch, trial, equivalent)
+    type(radial_return_law_t), intent(in) :: self
     integer, intent(in) :: first, n
-    type(point_batch_t), intent(in) :: batch
+    type(point_batch_t), intent(inout) :: batch
     real(wp), intent(out) :: trial(LANES, 6)
     real(wp), intent(out) :: equivalent(LANES)
 
-    real(wp) :: mean
+    real(wp) :: mean, modulus
     integer :: i, k
 
+    modulus = 2.0_wp * self%shear_modulus
     do k = 1, 6
       do i = 1, n
         trial(i, k) = batch%stress_old(first + i - 1, k) &
           + modulus * batch%strain_increment(first + i - 1, k)
       end do
     end do
+    if (self%kinematic%modulus > 0.0_wp) call take_back_stress(first, n, batch, trial)
     do i = 1, n
       mean = (trial(i, 1) + trial(i, 2) + trial(i, 3)) / 3.0_wp
       trial(i, 1) = trial(i, 1) - mean
@@ -278,7 +297,7 @@ contains
     integer :: i, iteration, n_left
     logical :: done
 
-    stiffness = 3.0_wp * self%shear_modulus
+    stiffness = self%stiffness
     call open_brackets(self, dt, n_search, search)
     over%dt = dt
     do iteration = 1, MAX_ITERATIONS
@@ -328,7 +347,7 @@ contains
     real(wp) :: stiffness
     integer :: i
 
-    stiffness = 3.0_wp * self%shear_modulus
+    stiffness = self%stiffness
     flow%n_point = n_search
     do i = 1, n_search
       search(i)%high = (search(i)%trial - search(i)%threshold_old) / stiffness
@@ -349,7 +368,7 @@ contains
   !> \(q\) at the increment of a search, kept positive.
   pure function stress_at(search, stiffness) result(stress)
     type(search_t), intent(in) :: search
-    !> \(3G\) [stress].
+    !> \(3G + C\) [stress].
     real(wp), intent(in) :: stiffness
     real(wp) :: stress
 
@@ -364,7 +383,7 @@ contains
   pure subroutine advance(search, iteration, stiffness, flow_stress, slope, by_stress, back, done)
     type(search_t), intent(inout) :: search
     integer, intent(in) :: iteration
-    !> \(3G\) [stress].
+    !> \(3G + C\) [stress].
     real(wp), intent(in) :: stiffness
     !> \(R + \Phi\) [stress], its derivatives by the increment [stress] and the stress [1].
     real(wp), intent(in) :: flow_stress

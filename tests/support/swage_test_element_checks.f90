@@ -5,6 +5,7 @@ module swage_test_element_checks
   use swage_mandel, only: deviator, mandel_from_matrix, rotated
   use swage_material_law, only: material_law_t
   use swage_cell_geometry, only: AXISYMMETRIC, cell_volume, PLANE_STRAIN, THREE_DIMENSIONAL
+  use swage_state_table, only: STATE_TENSOR2
   use swage_test_assembly, only: assembly_create, assembly_t
   use swage_test_lapack, only: dgesv
   use swage_test_meshes, only: box_mesh, jiggle, on_boundary, rectangle_mesh
@@ -74,6 +75,7 @@ contains
         call random%fill(-stress, stress, s)
         if (n == 2) s(4:5) = 0.0_wp
         batch%deviator_old(:, cell) = deviator(s)
+        call scatter_tensors(law, n, stress, random, batch%state_old(:, cell))
         call random%fill(-stress, stress, batch%pressure_old(:, cell))
         call random%next(-0.05_wp, 0.05_wp, batch%log_volume_old(cell))
         call random%next(0.5_wp * stress, 2.0_wp * stress, batch%grad_div_modulus(cell))
@@ -108,6 +110,46 @@ contains
     end associate
 
   end subroutine scatter_cells
+
+  !> Random deviators for the tensors of a history.
+  subroutine scatter_tensors(law, n_dim, stress, random, state)
+    class(material_law_t), intent(in) :: law
+    integer, intent(in) :: n_dim
+    !> Size of the tensors.
+    real(wp), intent(in) :: stress
+    type(random_t), intent(inout) :: random
+    real(wp), intent(inout) :: state(:)
+
+    real(wp) :: s(6)
+    integer :: i, row
+
+    row = 1
+    do i = 1, size(law%state_table)
+      if (law%state_table(i)%kind == STATE_TENSOR2) then
+        call random%fill(-stress, stress, s)
+        if (n_dim == 2) s(4:5) = 0.0_wp
+        state(row:row + 5) = deviator(s)
+      end if
+      row = row + law%state_table(i)%width()
+    end do
+
+  end subroutine scatter_tensors
+
+  !> Give all tensors of a history one value.
+  pure subroutine set_tensors(law, tensor, state)
+    class(material_law_t), intent(in) :: law
+    real(wp), intent(in) :: tensor(6)
+    real(wp), intent(inout) :: state(:)
+
+    integer :: i, row
+
+    row = 1
+    do i = 1, size(law%state_table)
+      if (law%state_table(i)%kind == STATE_TENSOR2) state(row:row + 5) = tensor
+      row = row + law%state_table(i)%width()
+    end do
+
+  end subroutine set_tensors
 
   !> Rotation by an angle about an axis of any length.
   pure function rotation_about(axis, angle) result(q)
@@ -416,10 +458,10 @@ contains
   !> symmetry): the stress turns with it, and nothing else happens.
   subroutine rotation_errors(kind, law, n_step, stress_error, equation_error)
     integer, intent(in) :: kind
-    !> Elastic.
+    !> Elastic at an equivalent stress of 100, or 50 beside the tensors of its history.
     class(material_law_t), intent(in) :: law
     integer, intent(in) :: n_step
-    !> Of the deviator at the end, relative.
+    !> Of the deviator and of the tensors of the history at the end, relative.
     real(wp), intent(out) :: stress_error
     !> Largest of the relative errors of forces, which turn too, of the volume equation and of
     !> the deviator at the end of any step.
@@ -429,13 +471,13 @@ contains
     real(wp), parameter :: PRESSURE = -40.0_wp
     type(random_t) :: random
     type(assembly_t) :: assembly
-    real(wp), allocatable :: forces(:, :), moved(:, :), start(:, :), x(:, :)
+    real(wp), allocatable :: forces(:, :), moved(:, :), start(:, :), turned(:), x(:, :)
     real(wp) :: angle, axis(3), expected(6), initial(6), turn(3, 3)
     integer :: i, m, n, step
 
     n = merge(3, 2, kind == THREE_DIMENSIONAL)
     m = n + 1
-    allocate (start(n, m), moved(n, m), x(n, m), forces(n, m))
+    allocate (start(n, m), moved(n, m), x(n, m), forces(n, m), turned(law%n_state))
     call random_cell(kind, random, start)
     axis = [0.0_wp, 0.0_wp, 1.0_wp]
     if (n == 3) axis = [1.0_wp, 2.0_wp, -0.5_wp]
@@ -446,6 +488,7 @@ contains
     call assembly_create(kind, .false., law, x, reshape([(i, i=1, m)], [m, 1]), assembly)
     assembly%deviator_old(:, 1) = initial
     assembly%pressure_old = PRESSURE
+    call set_tensors(law, 0.5_wp * initial, assembly%state_old(:, 1))
     forces = 0.0_wp
 
     ! Step 0 does not move: forces at the start
@@ -468,12 +511,16 @@ contains
       associate (batch => assembly)
         if (step == 0) forces = batch%residual(:n, :, 1)
         expected = rotated(initial, turn)
-        stress_error = maxval(abs(batch%deviatoric_stress(:, 1) - expected)) / STRESS
+        turned = 0.0_wp
+        call set_tensors(law, 0.5_wp * expected, turned)
+        stress_error = max(maxval(abs(batch%deviatoric_stress(:, 1) - expected)), &
+                           maxval(abs(batch%state_new(:, 1) - turned))) / STRESS
         equation_error = max(equation_error, stress_error, &
                              maxval(abs(batch%residual(:n, :, 1) - matmul(turn(:n, :n), forces))) &
                              / maxval(abs(forces)), &
                              maxval(abs(batch%residual(m, :, 1))) / batch%volume_old(1))
         batch%deviator_old(:, 1) = batch%deviatoric_stress(:, 1)
+        batch%state_old = batch%state_new
         batch%log_volume_old = batch%log_volume_new
       end associate
       x = moved

@@ -5,6 +5,7 @@ module swage_test_laws
   use swage_flow_stress, only: flow_stress_t
   use swage_j2_plastic, only: j2_plastic_create
   use swage_kinds, only: wp
+  use swage_kinematic_hardening, only: kinematic_hardening_t
   use swage_linear_elastic, only: linear_elastic_create, linear_elastic_t
   use swage_linear_flow_stress, only: linear_flow_stress_t
   use swage_material_law, only: material_law_t
@@ -22,9 +23,10 @@ module swage_test_laws
   public :: LAW_NAMES
 
   !> What `make_law` knows.
-  character(len=12), parameter :: LAW_NAMES(*) = [character(len=12) :: 'elastic', 'j2 linear', &
-                                                  'j2 swift', 'j2 voce', 'j2 table', 'perzyna', &
-                                                  'chenot_eq3', 'norton_hoff']
+  character(len=20), parameter :: LAW_NAMES(*) = &
+    [character(len=20) :: 'elastic', 'j2 linear', 'j2 swift', 'j2 voce', 'j2 table', 'perzyna', &
+                          'chenot_eq3', 'norton_hoff', 'kinematic j2', 'kinematic perzyna', &
+                          'kinematic chenot_eq3']
 
 contains
 
@@ -57,6 +59,7 @@ contains
     real(wp), parameter :: POISSON = 0.3_wp
     type(elasticity_t) :: elasticity
     type(viscosity_t) :: viscosity
+    type(kinematic_hardening_t) :: kinematic
     type(norton_hoff_t) :: fluid
     type(radial_return_law_t) :: solid
     class(flow_stress_t), allocatable :: flow_stress
@@ -65,19 +68,25 @@ contains
     elasticity = elasticity_t(young=2.0_wp * (1.0_wp + POISSON) * shear_modulus, poisson=POISSON)
     viscosity = viscosity_t(consistency=0.05_wp * shear_modulus, rate_sensitivity=0.3_wp, &
                             thermal_softening=1.0e-3_wp, minimum_rate=1.0e-3_wp)
+    kinematic%modulus = 0.0_wp
+    if (index(name, 'kinematic') == 1) kinematic%modulus = 0.3_wp * shear_modulus
     select case (name)
     case ('elastic')
       call make_elastic(elasticity%young, elasticity%poisson, law, spare)
     case ('norton_hoff')
       call norton_hoff_create(viscosity, 10.0_wp * shear_modulus, fluid)
       allocate (law, source=fluid)
-    case ('perzyna')
+    case ('perzyna', 'kinematic perzyna')
       call make_flow_stress('linear', shear_modulus, flow_stress)
-      call perzyna_create(elasticity, flow_stress, viscosity, solid)
+      call perzyna_create(elasticity, flow_stress, viscosity, solid, kinematic)
       allocate (law, source=solid)
-    case ('chenot_eq3')
+    case ('chenot_eq3', 'kinematic chenot_eq3')
       call make_flow_stress('linear', shear_modulus, flow_stress)
-      call chenot_eq3_create(elasticity, flow_stress, viscosity, solid)
+      call chenot_eq3_create(elasticity, flow_stress, viscosity, solid, kinematic)
+      allocate (law, source=solid)
+    case ('kinematic j2')
+      call make_flow_stress('linear', shear_modulus, flow_stress)
+      call j2_plastic_create(elasticity, flow_stress, solid, kinematic)
       allocate (law, source=solid)
     case default
       call make_flow_stress(name(4:), shear_modulus, flow_stress)

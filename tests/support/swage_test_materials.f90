@@ -5,6 +5,7 @@ module swage_test_materials
   use swage_mandel, only: deviator
   use swage_material_law, only: material_law_t, ROW_RATE, ROW_STRAIN
   use swage_point_batch, only: point_batch_create, point_batch_t
+  use swage_state_table, only: STATE_TENSOR2
   use swage_test_random, only: random_t
   implicit none(type, external)
   private
@@ -42,7 +43,8 @@ contains
     real(wp), allocatable, intent(out) :: step(:)
 
     real(wp), allocatable :: threshold(:)
-    real(wp) :: direction(6), distance, magnitude, pressure, scale, trial(6), trial_equivalent
+    real(wp) :: back(6), direction(6), distance, magnitude, pressure, scale, trial(6), &
+      trial_equivalent
     integer :: i, point
 
     call point_batch_create(n_point, law%n_state, batch)
@@ -61,6 +63,7 @@ contains
 
     do point = 1, n_point
       scale = max(threshold(point), 1.0_wp)
+      call draw_back_stress(law, scale, point, random, batch, back)
       call draw_direction(random, direction)
       call random%next(0.0_wp, 1.3_wp, magnitude)
       call random%next(-1000.0_wp, 1000.0_wp, pressure)
@@ -78,7 +81,7 @@ contains
       if (mod(point, 10) < 2 .and. threshold(point) > 0.0_wp) then
         ! Without pressure, whose rounding would drown the distance
         trial = deviator(batch%stress_old(point, :))
-        batch%stress_old(point, :) = trial
+        batch%stress_old(point, :) = trial + back
         magnitude = 1.0_wp + merge(CLOSEST, -CLOSEST, mod(point, 10) == 0)
         trial = trial * (magnitude * threshold(point) / equivalent_stress(trial) - 1.0_wp)
         batch%strain_increment(point, :) = trial / law%reference_modulus
@@ -88,7 +91,7 @@ contains
         step(point) = 1.0e-3_wp * norm2(deviator(batch%strain_increment(point, :)))
         cycle
       end if
-      trial = deviator(batch%stress_old(point, :)) &
+      trial = deviator(batch%stress_old(point, :)) - back &
         + law%reference_modulus * deviator(batch%strain_increment(point, :))
       trial_equivalent = equivalent_stress(trial)
       distance = abs(trial_equivalent - threshold(point))
@@ -97,6 +100,33 @@ contains
     end do
 
   end subroutine draw_states
+
+  !> Give the tensors of the history of a point, deviators all, a random value.
+  subroutine draw_back_stress(law, scale, point, random, batch, back)
+    class(material_law_t), intent(in) :: law
+    !> Of the values [stress].
+    real(wp), intent(in) :: scale
+    integer, intent(in) :: point
+    type(random_t), intent(inout) :: random
+    type(point_batch_t), intent(inout) :: batch
+    !> The last tensor, 0 when there is none.
+    real(wp), intent(out) :: back(6)
+
+    real(wp) :: direction(6)
+    integer :: i, row
+
+    back = 0.0_wp
+    row = 1
+    do i = 1, size(law%state_table)
+      if (law%state_table(i)%kind == STATE_TENSOR2) then
+        call draw_direction(random, direction)
+        back = 0.7_wp * scale * direction
+        batch%state_old(point, row:row + 5) = back
+      end if
+      row = row + law%state_table(i)%width()
+    end do
+
+  end subroutine draw_back_stress
 
   !> Equivalent stress at which each point starts to flow: that of the law for points at rest.
   subroutine find_thresholds(law, batch, threshold)

@@ -19,7 +19,8 @@ CASE = """
 &job units = 'mm-tonne-s' dimension = 'axisymmetric' /
 &mesh file = 'billet.msh' /
 &body name = 'billet' material = 'steel' group = 'BODY' /
-&material name = 'steel' law = 'j2' young = 200000 poisson = 0.3 flow_stress = 'swift' /
+&material name = 'steel' law = 'j2' young = 200000 poisson = 0.3 flow_stress = 'swift'
+  kinematic_modulus = 100 /
 &flow_stress name = 'swift' kind = 'swift' strength = 500 prestrain = 0.01 exponent = 0.2 /
 &tool name = 'upper' shape = 'plane' point = 0, 15, 0 normal = 0, -1, 0 motion = 'press' /
 &tool name = 'lower' shape = 'plane' point = 0, 0, 0 normal = 0, 1, 0 /
