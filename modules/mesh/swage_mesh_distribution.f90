@@ -48,7 +48,8 @@ contains
 
   !> Collective. Read a Gmsh file (text, format 2.2 or 4.1) and distribute the mesh.
   !>
-  !> With one rank, nodes and cells keep the order of the file.
+  !> Nodes and cells are put in an order in which neighbours are close to each other; their numbers
+  !> in the file are kept as tags.
   subroutine mesh_load(path, dimension, scale, comm, mesh, status)
     character(len=*), intent(in) :: path
     !> 2: triangles in the plane z = 0; 3: tetrahedra.
@@ -63,13 +64,14 @@ contains
     type(mesh_source_t) :: source
 
     if (comm%rank == 0) call read_gmsh(path, source, status)
-    call distribute(source, dimension, scale, comm, mesh, status)
+    call distribute(source, dimension, scale, .false., comm, mesh, status)
 
   end subroutine mesh_load
 
   !> Collective. Distribute a mesh given as arrays on rank 0; those of other ranks are not used.
   !>
-  !> Numbers "in the mesh file" are then the places in the arrays.
+  !> Numbers "in the mesh file" are then the places in the arrays. With one rank, nodes and cells
+  !> keep the order of the arrays.
   subroutine mesh_from_arrays(dimension, coordinates, cell_node, cell_group, comm, mesh, status, &
                               facet_node, facet_group, groups)
     !> 2: triangles; 3: tetrahedra.
@@ -109,7 +111,7 @@ contains
         call take_elements(facet_node, facet_group, dimension - 1, source, status)
       end if
     end if
-    call distribute(source, dimension, 1.0_wp, comm, mesh, status)
+    call distribute(source, dimension, 1.0_wp, .true., comm, mesh, status)
 
   end subroutine mesh_from_arrays
 
@@ -178,11 +180,13 @@ contains
   end subroutine take_elements
 
   !> Collective. Prepare the mesh on rank 0, give each rank its part.
-  subroutine distribute(source, dimension, scale, comm, mesh, status)
+  subroutine distribute(source, dimension, scale, keep_order, comm, mesh, status)
     !> On rank 0; its memory is taken.
     type(mesh_source_t), intent(inout) :: source
     integer, intent(in) :: dimension
     real(wp), intent(in) :: scale
+    !> See [[build_whole_mesh]].
+    logical, intent(in) :: keep_order
     type(comm_t), intent(in) :: comm
     type(mesh_t), intent(inout) :: mesh
     !> Outcome of the reading on rank 0 on entry, the same on all ranks on return.
@@ -193,7 +197,9 @@ contains
     type(plan_t) :: plan
 
     if (comm%rank == 0) then
-      if (.not. status%failed()) call build_whole_mesh(source, dimension, scale, whole, status)
+      if (.not. status%failed()) then
+        call build_whole_mesh(source, dimension, scale, keep_order, whole, status)
+      end if
       if (.not. status%failed()) then
         allocate (part(size(whole%cell_tag)))
         call partition_cells(size(whole%node_tag), whole%cell_node, comm%size, part, status)

@@ -5,6 +5,8 @@ module swage_whole_mesh
   use swage_mesh_source, only: element_list_t, mesh_source_t
   use swage_relation, only: pair_list_t, relation_from_pairs, relation_t
   use swage_simplex_table, only: simplex_table_create, simplex_table_t
+  use swage_sort, only: sorting_order
+  use swage_space_curve, only: curve_order
   use swage_status, only: status_t, EXIT_MESH, STATUS_ERROR
   use swage_text, only: text
   implicit none(type, external)
@@ -43,13 +45,15 @@ contains
 
   !> Check what was read, leave out what is not needed, and find the boundary.
   !>
-  !> Takes the memory of the source, which is of no use afterwards. O(number of elements).
-  subroutine build_whole_mesh(source, dimension, scale, whole, status)
+  !> Takes the memory of the source, which is of no use afterwards. O(n log n) elements.
+  subroutine build_whole_mesh(source, dimension, scale, keep_order, whole, status)
     type(mesh_source_t), intent(inout) :: source
     !> 2: triangles in the plane z = 0; 3: tetrahedra.
     integer, intent(in) :: dimension
     !> Factor of all positions [1]; above 0.
     real(wp), intent(in) :: scale
+    !> True: nodes and cells in the order of the source; false: neighbours close to each other.
+    logical, intent(in) :: keep_order
     type(whole_mesh_t), intent(out) :: whole
     !> `STATUS_ERROR` with `EXIT_MESH` when the mesh has no cells, cells of another dimension, flat,
     !> repeated or overlapping cells, or does not lie in the plane.
@@ -69,6 +73,10 @@ contains
     if (status%failed()) return
     call orient_cells(source%name, whole, status)
     if (status%failed()) return
+    if (.not. keep_order) then
+      call order_nodes(source, whole)
+      call order_cells(source, repeated, whole)
+    end if
     call find_boundary(source%name, whole, faces, facet_of_face, status)
     if (status%failed()) return
     call relate_cells(source, repeated, whole)
@@ -262,6 +270,62 @@ contains
     end do
 
   end subroutine orient_cells
+
+  !> Number the nodes along a curve that fills space.
+  subroutine order_nodes(source, whole)
+    type(mesh_source_t), intent(inout) :: source
+    type(whole_mesh_t), intent(inout) :: whole
+
+    integer, allocatable :: new(:), old(:)
+    integer :: cell, d, i
+
+    allocate (old, source=curve_order(whole%coordinates))
+    allocate (new(size(old)))
+    do i = 1, size(old)
+      new(old(i)) = i
+    end do
+    whole%coordinates = whole%coordinates(:, old)
+    whole%node_tag = whole%node_tag(old)
+    do cell = 1, size(whole%cell_node, 2)
+      whole%cell_node(:, cell) = new(whole%cell_node(:, cell))
+    end do
+    do d = 0, whole%dimension - 1
+      associate (list => source%elements(d))
+        do i = 1, list%n
+          list%node(:, i) = new(list%node(:, i))
+        end do
+      end associate
+    end do
+
+  end subroutine order_nodes
+
+  !> Cells by the last of their nodes: when they are taken one after the other, what belongs to a
+  !> node is needed soon after its neighbours and no more once the last neighbour has come.
+  subroutine order_cells(source, repeated, whole)
+    type(mesh_source_t), intent(inout) :: source
+    !> Cells and the further sets of groups they belong to.
+    type(pair_list_t), intent(inout) :: repeated
+    type(whole_mesh_t), intent(inout) :: whole
+
+    integer, allocatable :: new(:), old(:)
+    integer :: i, n
+
+    n = size(whole%cell_tag)
+    allocate (old, source=sorting_order(int(maxval(whole%cell_node, dim=1), gp)))
+    allocate (new(n))
+    do i = 1, n
+      new(old(i)) = i
+    end do
+    whole%cell_node = whole%cell_node(:, old)
+    whole%cell_tag = whole%cell_tag(old)
+    associate (set => source%elements(whole%dimension)%set)
+      set(:n) = set(old)
+    end associate
+    do i = 1, repeated%n
+      repeated%left(i) = new(repeated%left(i))
+    end do
+
+  end subroutine order_cells
 
   !> The faces that belong to one cell only.
   subroutine find_boundary(name, whole, faces, facet_of_face, status)
