@@ -13,6 +13,7 @@ module swage_motion
   private
 
   public :: motion_t, motion_parameters_t, motion_create, motion_from_group, explain_motion, FIXED
+  public :: fault_of_axis, fault_of_translation
 
   !> What the key `motion` of a tool calls the absence of one; no group may have this name.
   character(len=*), parameter :: FIXED = 'fixed'

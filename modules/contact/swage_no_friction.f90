@@ -42,6 +42,7 @@ contains
 
     point%traction = 0.0_wp
     point%d_slip = 0.0_wp
+    point%secant = 0.0_wp
     point%d_traction_old = 0.0_wp
     point%d_pressure = 0.0_wp
     point%dissipation = 0.0_wp

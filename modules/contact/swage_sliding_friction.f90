@@ -104,9 +104,11 @@ contains
     scale = hypot(norm2(velocity), point%regularisation_velocity)
     direction = 0.0_wp
     point%d_slip = 0.0_wp
+    point%secant = 0.0_wp
     if (self%rate_exponent >= 1.0_wp) then
       direction = velocity / self%reference_velocity
-      point%d_slip = -limit / (self%reference_velocity * point%dt) * IDENTITY
+      point%secant = limit / (self%reference_velocity * point%dt)
+      point%d_slip = -point%secant * IDENTITY
     else if (scale > 0.0_wp) then
       ! Zero only when neither the body moves nor a velocity was given: no direction, no friction
       factor = 1.0_wp
@@ -114,7 +116,8 @@ contains
         factor = (scale / self%reference_velocity)**self%rate_exponent
       end if
       direction = factor * velocity / scale
-      point%d_slip = limit * factor / (scale * point%dt) &
+      point%secant = limit * factor / (scale * point%dt)
+      point%d_slip = point%secant &
         * ((1.0_wp - self%rate_exponent) * dyadic(velocity / scale, velocity / scale) - IDENTITY)
     end if
     point%traction = -limit * direction
@@ -152,9 +155,11 @@ contains
       size_of_traction = trial_size - k * slid
 
       direction = 0.0_wp
+      point%secant = k
       d_trial = by_size * IDENTITY
       if (trial_size > 0.0_wp) then
         direction = trial / trial_size
+        point%secant = k * (size_of_traction / trial_size)
         d_trial = size_of_traction / trial_size * (IDENTITY - dyadic(direction, direction)) &
           + by_size * dyadic(direction, direction)
       end if

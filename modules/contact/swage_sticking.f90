@@ -46,6 +46,7 @@ contains
 
     point%traction = point%traction_old - point%tangential_stiffness * point%slip
     point%d_slip = -point%tangential_stiffness * IDENTITY
+    point%secant = point%tangential_stiffness
     point%d_traction_old = IDENTITY
     point%d_pressure = 0.0_wp
     point%dissipation = 0.0_wp

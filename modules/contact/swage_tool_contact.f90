@@ -135,6 +135,13 @@ module swage_tool_contact
     !> Force on each node, and its derivative by the node's position, of which the last is only
     !> kept for tools that ask for it [force], [force/length]; shapes (3, :), (3, 3, :).
     real(wp), allocatable :: node_force(:, :), node_stiffness(:, :, :)
+    !> What a secant of friction has more than that [force/length]; shape (3, 3, :).
+    real(wp), allocatable :: node_secant(:, :, :)
+    !> Slip of the step at the last evaluation, and slip and friction before the last correction
+    !> [length], [stress]; shape (3, :).
+    real(wp), allocatable :: slip(:, :), slip_was(:, :), traction_was(:, :)
+    !> Friction has turned about since then.
+    logical, allocatable :: turned_about(:)
     !> Factor on the penalties of the start, at the start of the step and now [1].
     real(wp) :: growth_old = 1.0_wp
     real(wp) :: growth = 1.0_wp
@@ -148,8 +155,6 @@ module swage_tool_contact
     real(wp) :: torque(3) = 0.0_wp
     !> Sum of the squared nodal forces of this rank, for the size of the problem's forces.
     real(wp) :: force_square = 0.0_wp
-    !> Nodes whose state changed at the last evaluation.
-    integer :: n_changed = 0
   contains
     !> Areas of the facets of this rank, as nodal sums still to be added over the ranks.
     procedure :: gather_areas => tool_contact_gather_areas
@@ -159,7 +164,8 @@ module swage_tool_contact
     procedure :: evaluate => tool_contact_evaluate
     !> Energies of the step, after the last evaluation and before `accept`.
     procedure :: work => tool_contact_work
-    !> Count changes of state, once an iteration, and hold nodes that alternate.
+    !> Once an iteration: take the secant of friction where its tangent leads nowhere, and hold
+    !> nodes that alternate between contact and none.
     procedure :: watch => tool_contact_watch
     !> What `augment` decides by, of this rank's nodes.
     procedure :: measure => tool_contact_measure
@@ -216,10 +222,11 @@ contains
               source=0.0_wp)
     allocate (contact%traction_old(3, n), contact%traction(3, n), contact%shear_old(3, n), &
               contact%normal_old(3, n), contact%bond(3, n), contact%node_force(3, n), &
-              contact%node_stiffness(3, 3, n), source=0.0_wp)
+              contact%node_stiffness(3, 3, n), contact%node_secant(3, 3, n), &
+              contact%slip(3, n), contact%slip_was(3, n), &
+              contact%traction_was(3, n), source=0.0_wp)
     allocate (contact%active(n), contact%bonded(n), contact%was_active(n), contact%held(n), &
-              contact%touched(n), &
-              source=.false.)
+              contact%touched(n), contact%turned_about(n), source=.false.)
     allocate (contact%n_change(n), source=0)
     call remember_standing(contact)
 
@@ -284,6 +291,8 @@ contains
     self%growth = self%growth_old
     self%held = .false.
     self%keeping = .true.
+    self%traction_was = 0.0_wp
+    self%was_active = self%active
     self%n_change = 0
     self%n_augmentation = 0
     self%n_release = 0
@@ -322,7 +331,6 @@ contains
 
     real(wp) :: column(3, 3), force(3), stiffness(3, 3), velocity, x(3), x_start(3)
     integer :: i, n
-    logical :: was_active
 
     n = size(x_new, 1)
     velocity = default_velocity
@@ -332,16 +340,14 @@ contains
     self%force = 0.0_wp
     self%torque = 0.0_wp
     self%force_square = 0.0_wp
-    self%n_changed = 0
     x = 0.0_wp
     x_start = 0.0_wp
     do i = 1, size(self%node)
       associate (node => self%node(i))
         x(:n) = x_new(:, node)
         x_start(:n) = x_old(:, node)
-        was_active = self%active(i)
-        call self%press(i, tool, dt, velocity, x_start, x, force, stiffness, column)
-        if (was_active .neqv. self%active(i)) self%n_changed = self%n_changed + 1
+        call self%press(i, tool, dt, velocity, x_start, x, force, stiffness, column, &
+                        self%node_secant(:, :, i))
         self%node_force(:, i) = force
         self%node_stiffness(:, :, i) = stiffness + column
         if (.not. self%active(i)) cycle
@@ -415,7 +421,7 @@ contains
 
   !> State of one node, the force of the tool on it, and the derivatives of the force by its place.
   pure subroutine tool_contact_press(self, i, tool, dt, velocity, x_old, x, force, stiffness, &
-                                     column)
+                                     column, secant)
     class(tool_contact_t), intent(inout) :: self
     !> Place of the node in the list.
     integer, intent(in) :: i
@@ -432,6 +438,8 @@ contains
     real(wp), intent(out) :: stiffness(3, 3)
     !> That part of the derivative.
     real(wp), intent(out) :: column(3, 3)
+    !> What the secant of friction would add [force/length].
+    real(wp), intent(out) :: secant(3, 3)
 
     type(friction_point_t) :: point
     real(wp) :: d_normal(3, 3), d_pressure(3), d_slip(3, 3), d_turned(3, 3), from_tool(3), &
@@ -440,6 +448,7 @@ contains
     force = 0.0_wp
     stiffness = 0.0_wp
     column = 0.0_wp
+    secant = 0.0_wp
     call tool%project(x, penetration, normal, hessian)
     penalty = self%growth * self%penalty(i)
     self%penetration(i) = penetration
@@ -455,6 +464,7 @@ contains
     self%pressure(i) = 0.0_wp
     self%traction(:, i) = 0.0_wp
     self%bond_change(i) = 0.0_wp
+    self%turned_about(i) = .false.
     if (.not. self%active(i)) return
 
     self%pressure(i) = self%multiplier(i) + penalty * penetration
@@ -487,20 +497,44 @@ contains
     stiffness = self%area(i) * (dyadic(normal, d_pressure) + self%pressure(i) * d_normal &
                                 + matmul(point%d_slip, d_slip) &
                                 + matmul(point%d_traction_old, d_turned))
+    self%slip(:, i) = point%slip
+    self%turned_about(i) = dot_product(point%traction, self%traction_was(:, i)) < 0.0_wp
+    if (self%turned_about(i)) then
+      point%secant = norm2(point%traction - self%traction_was(:, i)) &
+        / norm2(point%slip - self%slip_was(:, i))
+    end if
+    secant = -self%area(i) * matmul(point%d_slip + point%secant * IDENTITY, d_slip)
     if (self%pressure(i) > 0.0_wp) column = self%area(i) * dyadic(point%d_pressure, d_pressure)
 
   end subroutine tool_contact_press
 
-  pure subroutine tool_contact_watch(self)
+  !> The tangent of a point that slides at the limit has no stiffness along the slip: where all do,
+  !> a body that friction alone moves would fly away in one correction. A secant takes it along with
+  !> the tool. Where friction has turned about in the last correction, the secant between both
+  !> states leads to where it vanishes.
+  subroutine tool_contact_watch(self, takes_secants, matrix)
     class(tool_contact_t), intent(inout) :: self
+    !> For all nodes; else only for those whose friction has turned about.
+    logical, intent(in) :: takes_secants
+    !> As [[tool_contact_t:evaluate]] left it.
+    type(block_matrix_t), intent(inout) :: matrix
 
-    integer :: i
+    integer :: i, n
 
+    n = matrix%n_slot - 1
     do i = 1, size(self%node)
+      if (self%active(i) .and. (takes_secants .or. self%turned_about(i))) then
+        associate (block => matrix%values(:n, :n, matrix%diagonal(self%node(i))))
+          block = block - self%node_secant(:n, :n, i)
+        end associate
+        self%node_stiffness(:, :, i) = self%node_stiffness(:, :, i) + self%node_secant(:, :, i)
+      end if
       if (self%active(i) .neqv. self%was_active(i)) self%n_change(i) = self%n_change(i) + 1
       self%was_active(i) = self%active(i)
       if (self%n_change(i) > FREE_CHANGES) self%held(i) = .true.
     end do
+    self%slip_was = self%slip
+    self%traction_was = self%traction
 
   end subroutine tool_contact_watch
 

@@ -47,6 +47,9 @@ module swage_mechanics
   !> guess that prevent it.
   real(wp), parameter :: FLATTENED = 0.2_wp
   integer, parameter :: RATE_HALVINGS = 3
+  !> Longest correction that is trusted, by the cell size and by the motion of the step so far.
+  real(wp), parameter :: TRUSTED_CELLS = 0.25_wp
+  real(wp), parameter :: TRUSTED_MOTION = 1.0_wp
   !> Prescribed motion still to be imposed counts as none below this share of the mesh's cell size.
   real(wp), parameter :: IMPOSED = 1.0e-13_wp
 
@@ -100,6 +103,27 @@ module swage_mechanics
     real(wp), allocatable :: area(:)
   end type boundary_place_t
 
+  !> Coordinates of tools that follow from forces, those of all tools in one list.
+  type :: controls_t
+    integer :: n = 0
+    !> Place of the tool, and of the control in the tool; shape (n).
+    integer, allocatable :: tool(:), place(:)
+    !> Tools with a node in contact at the last evaluation; shape (n_tool).
+    logical, allocatable :: touches(:)
+    !> True when a tool that touches nothing is driven by a force.
+    logical :: falls = .false.
+    !> Action of the bodies less that from outside [force], or [torque]; shape (n).
+    real(wp), allocatable :: residual(:)
+    !> Its derivative by the coordinates at fixed nodes; shape (n, n).
+    real(wp), allocatable :: tangent(:, :)
+    !> Stiffness of the penalties against each coordinate; shape (n).
+    real(wp), allocatable :: stiffness(:)
+    !> Largest lever of the surface: 1 for translations, a length for rotations; shape (n).
+    real(wp), allocatable :: reach(:)
+    !> The last correction, and the coordinates it starts from; shape (n).
+    real(wp), allocatable :: correction(:), base(:)
+  end type controls_t
+
   type, extends(newton_problem_t) :: mechanics_t
     type(comm_t) :: comm
     type(mechanics_settings_t) :: settings
@@ -113,6 +137,7 @@ module swage_mechanics
     type(boundary_place_t), allocatable :: boundaries(:)
     type(rigid_tool_t), allocatable :: tools(:)
     type(tool_contact_t), allocatable :: contacts(:)
+    type(controls_t) :: controls
     !> Place in `materials` and `bodies`; shape (n_cell).
     integer, allocatable :: material_of_cell(:), body_of_cell(:)
 
@@ -174,6 +199,8 @@ module swage_mechanics
     logical :: carries = .true.
     !> Norm of the nodal forces that `LEAST_STRAIN` makes [force].
     real(wp) :: least_force = 0.0_wp
+    !> The step starts from rest, not from the rate of the last one.
+    logical :: starts_from_rest = .true.
     !> Evaluations of this step, and of the run.
     integer :: n_evaluation = 0
     !> Mean cell size of the mesh [length].
@@ -200,6 +227,7 @@ module swage_mechanics
     procedure :: move => mechanics_move
     procedure :: describe_worst => mechanics_describe_worst
     procedure :: augment => mechanics_augment
+    procedure :: trusted_share => mechanics_trusted_share
     !> Collective. Prepare a step: motion to impose, areas of contact, first guess.
     procedure :: begin_step => mechanics_begin_step
     !> Collective. Make the end of the step the start of the next.
@@ -334,11 +362,59 @@ module swage_mechanics
       type(status_t), intent(inout) :: status
     end subroutine mechanics_augment
 
-    !> Hold nodes that alternate between contact and none; once an iteration.
-    module subroutine watch_contacts(self)
+    !> List the coordinates of tools that follow from forces.
+    module subroutine create_controls(self)
       implicit none(type, external)
       class(mechanics_t), intent(inout) :: self
-    end subroutine watch_contacts
+    end subroutine create_controls
+
+    !> Collective. Move all tools to the step; controlled ones go on as in the last step, and as far
+    !> as the bodies.
+    module subroutine begin_tools(self, share)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      !> Of the last step's increments that the first guess repeats [1].
+      real(wp), intent(in) :: share
+    end subroutine begin_tools
+
+    !> Collective. Residual and tangent of the controlled coordinates, after the contacts.
+    module subroutine balance_tools(self, moved)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      !> Positions of the nodes at the end of the step [length].
+      real(wp), intent(in) :: moved(:, :)
+    end subroutine balance_tools
+
+    !> Collective. Correct the tools with the nodes: changes `correction`, along the local axes of
+    !> the constraints, from that of fixed tools to that of both.
+    module subroutine correct_tools(self, weight, status)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      !> Of the slots of a residual, for the linear solver; shape (n_dim + 1).
+      real(wp), contiguous, intent(in) :: weight(:)
+      type(status_t), intent(inout) :: status
+    end subroutine correct_tools
+
+    !> Set the controlled coordinates to their base plus a share of the correction.
+    module subroutine move_tools(self, step_length)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      real(wp), intent(in) :: step_length
+    end subroutine move_tools
+
+    !> The controlled tool that makes most of the error, for messages; empty when none does.
+    module function out_of_balance(self) result(words)
+      implicit none(type, external)
+      class(mechanics_t), intent(in) :: self
+      character(len=:), allocatable :: words
+    end function out_of_balance
+
+    !> Once an iteration: hold nodes that alternate between contact and none; take the secant of
+    !> friction where its tangent leads nowhere.
+    module subroutine prepare_contacts(self)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+    end subroutine prepare_contacts
 
     !> Collective. Forces of the step, and the works since the last one.
     module subroutine collect_work(self)
@@ -425,6 +501,7 @@ contains
 
     real(wp), allocatable :: area(:, :), flow_stress(:, :)
     type(rigid_tool_t) :: tool_old
+    real(wp) :: share
     integer :: i
 
     self%time = time_old
@@ -436,20 +513,22 @@ contains
 
     if (self%changes_course(time_old)) call expect_elasticity(self)
     if (extrapolate .and. self%carries .and. self%dt_last > 0.0_wp) then
-      call extrapolate_rate(self, (time_new - time_old) / self%dt_last)
+      call extrapolate_rate(self, (time_new - time_old) / self%dt_last, share)
     else
+      share = 0.0_wp
       self%increment = 0.0_wp
       self%pressure_new = self%pressure
     end if
 
+    self%starts_from_rest = .not. share > 0.0_wp
     call self%times%begin(PHASE_CONTACT)
+    call begin_tools(self, share)
     allocate (area(1, self%mesh%n_node))
     if (size(self%contacts) > 0) call nodal_flow_stress(self, flow_stress)
     do i = 1, size(self%contacts)
       associate (contact => self%contacts(i), tool => self%tools(self%contacts(i)%tool))
         tool_old = tool
         call tool_old%begin_step(time_old, time_old)
-        call tool%begin_step(time_old, time_new)
         call contact%gather_areas(tool, self%settings%kind == AXISYMMETRIC, &
                                   self%mesh%facet_node, self%mesh%coordinates, area)
         call self%mesh%halo%accumulate(area)
@@ -472,12 +551,14 @@ contains
 
   !> Collective. Continue the rate of the last step, halved as long as it would flatten a cell:
   !> those at the edge of a tool shrink fast and slow down by themselves.
-  subroutine extrapolate_rate(self, ratio)
+  subroutine extrapolate_rate(self, ratio, share)
     class(mechanics_t), intent(inout) :: self
     !> Length of the step by that of the last one [1].
     real(wp), intent(in) :: ratio
+    !> Of the last step's increments that are repeated [1].
+    real(wp), intent(out) :: share
 
-    real(wp) :: before(self%mesh%dimension, self%mesh%dimension + 1), remaining, share
+    real(wp) :: before(self%mesh%dimension, self%mesh%dimension + 1), remaining
     integer :: cell, halving
 
     share = ratio
@@ -571,13 +652,15 @@ contains
                                      self%slip_rate, start, moved, self%residual, self%matrix)
     end do
     call apply_loads(self, moved)
+    call balance_tools(self, moved)
     call self%times%end(PHASE_CONTACT)
     call self%mesh%halo%accumulate(self%residual)
 
     allocate (rest(self%mesh%dimension + 1, self%mesh%n_node))
     call self%constraints%pending(self%increment, rest, largest)
     call self%comm%max(largest)
-    self%has_pending_values = largest > IMPOSED * self%cell_size
+    self%has_safe_tangent = size(self%contacts) > 0
+    self%has_pending_values = largest > IMPOSED * self%cell_size .or. self%controls%falls
     call measure_errors(self, cell_forces, strained_volume)
 
   end subroutine mechanics_evaluate
@@ -620,6 +703,9 @@ contains
     sums(6) = sum(self%volume_new)
     call self%comm%sum(sums)
 
+    if (self%controls%n > 0) then
+      sums(1) = sums(1) + sum((self%controls%residual / self%controls%reach)**2)
+    end if
     self%carried_force = sqrt(sums(3))
     self%scales(1) = max(self%carried_force, FORCE_FLOOR * sqrt(sums(4)), &
                          RELEASED * self%largest_force_scale, self%least_force)
@@ -639,7 +725,7 @@ contains
     character(len=:), allocatable :: place
 
     place = 'force error '//text(self%errors(1))//', volume error '//text(self%errors(2))// &
-      ', largest force at '//self%worst
+      ', largest force at '//self%worst//out_of_balance(self)
 
   end function mechanics_describe_worst
 
@@ -654,7 +740,7 @@ contains
     n = self%mesh%dimension
     self%base(:n, :) = self%increment
     self%base(n + 1, :) = self%pressure_new
-    call watch_contacts(self)
+    call prepare_contacts(self)
 
     allocate (rest(n + 1, self%mesh%n_node), load(n + 1, self%mesh%n_node))
     call self%constraints%pending(self%increment, rest, largest)
@@ -691,9 +777,34 @@ contains
         self%correction(k, self%constraints%node(i)) = rest(k, self%constraints%node(i))
       end do
     end do
+    call correct_tools(self, weight, status)
+    if (status%failed()) return
     call self%constraints%to_global(self%correction)
 
   end subroutine mechanics_correct
+
+  !> Corrections much longer than cells and than the motion of the step come from a tangent that
+  !> holds a body hardly or not at all.
+  function mechanics_trusted_share(self) result(share)
+    class(mechanics_t), intent(in) :: self
+    real(wp) :: share
+
+    real(wp) :: largest, moved
+    integer :: i, n
+
+    n = self%mesh%dimension
+    largest = 0.0_wp
+    moved = 0.0_wp
+    do i = 1, self%mesh%n_own_node
+      largest = max(largest, norm2(self%correction(:n, i)))
+      moved = max(moved, norm2(self%base(:n, i)))
+    end do
+    call self%comm%max(largest)
+    call self%comm%max(moved)
+    share = max(TRUSTED_CELLS * self%cell_size, TRUSTED_MOTION * moved)
+    share = min(1.0_wp, share / max(largest, tiny(1.0_wp)))
+
+  end function mechanics_trusted_share
 
   subroutine mechanics_move(self, step_length)
     class(mechanics_t), intent(inout) :: self
@@ -704,6 +815,7 @@ contains
     n = self%mesh%dimension
     self%increment = self%base(:n, :) + step_length * self%correction(:n, :)
     self%pressure_new = self%base(n + 1, :) + step_length * self%correction(n + 1, :)
+    call move_tools(self, step_length)
 
   end subroutine mechanics_move
 
@@ -733,6 +845,7 @@ contains
 
   end subroutine mechanics_accept_step
 
+  !> Contacts and tools.
   subroutine accept_contacts(self)
     class(mechanics_t), intent(inout) :: self
 
@@ -740,6 +853,9 @@ contains
 
     do i = 1, size(self%contacts)
       call self%contacts(i)%accept()
+    end do
+    do i = 1, size(self%tools)
+      call self%tools(i)%accept()
     end do
 
   end subroutine accept_contacts
@@ -771,7 +887,7 @@ contains
 
     event = huge(1.0_wp)
     do i = 1, size(self%tools)
-      event = min(event, self%tools(i)%motion%next_event(time))
+      event = min(event, self%tools(i)%next_event(time))
     end do
     do i = 1, size(self%boundaries)
       event = min(event, self%boundaries(i)%boundary%next_event(time))

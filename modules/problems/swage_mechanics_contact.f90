@@ -2,6 +2,9 @@
 submodule(swage_mechanics) swage_mechanics_contact
   implicit none(type, external)
 
+  !> Error of the forces above which the first guess of a step tells little about friction.
+  real(wp), parameter :: POOR_GUESS = 0.3_wp
+
 contains
 
   module procedure mechanics_augment
@@ -33,15 +36,18 @@ contains
 
   end procedure mechanics_augment
 
-  module procedure watch_contacts
+  module procedure prepare_contacts
 
     integer :: i
+    logical :: takes_secants
 
+    takes_secants = self%needs_safe_tangent .or. &
+      (self%n_evaluation == 1 .and. (self%starts_from_rest .or. self%errors(1) > POOR_GUESS))
     do i = 1, size(self%contacts)
-      call self%contacts(i)%watch()
+      call self%contacts(i)%watch(takes_secants, self%matrix)
     end do
 
-  end procedure watch_contacts
+  end procedure prepare_contacts
 
   !> A line for the log about a step that took augmentations.
   subroutine note_augmentations(self, i, penetration)

@@ -301,7 +301,7 @@ contains
     before = tool
     call before%begin_step(time_old, time_old)
     work = work - dot_product(force(1:3), tool%reference_point - before%reference_point) &
-      - dot_product(force(4:6), tool%motion%get_axis()) * (tool%angle - before%angle)
+      - dot_product(force(4:6), tool%axis) * (tool%angle - before%angle)
 
   end subroutine add_tool
 

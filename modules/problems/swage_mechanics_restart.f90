@@ -58,6 +58,9 @@ contains
     do i = 1, size(self%contacts)
       call self%contacts(i)%save(snapshot)
     end do
+    do i = 1, size(self%tools)
+      call self%tools(i)%save(snapshot)
+    end do
     if (allocated(self%solver)) call self%solver%save(snapshot)
 
   end procedure mechanics_save
@@ -93,6 +96,9 @@ contains
     call snapshot%get('load force', self%load_force, status)
     do i = 1, size(self%contacts)
       call self%contacts(i)%load(snapshot, status)
+    end do
+    do i = 1, size(self%tools)
+      call self%tools(i)%load(snapshot, status)
     end do
     call self%comm%agree(status)
     if (status%failed()) return

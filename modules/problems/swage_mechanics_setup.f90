@@ -13,6 +13,7 @@ submodule(swage_mechanics) swage_mechanics_setup
   use swage_status, only: EXIT_MESH, STATUS_ERROR
   use swage_tool_contact, only: AUGMENTED_LAGRANGIAN, enforcement_t, ENFORCEMENT_NAMES, &
     facet_normal, PENALTY, tool_contact_create
+  use swage_tool_control, only: control_from_group, tool_control_t
   use swage_unknowns, only: unknowns_create
   implicit none(type, external)
 
@@ -437,13 +438,20 @@ contains
 
     type(group_t) :: group
     type(motion_t) :: motion
+    type(tool_control_t) :: control
     real(wp) :: size_of_mesh, speed
     integer :: i
 
-    ! Motions that no tool follows are checked all the same
+    ! Motions and controls that no tool has are checked all the same
     do i = 1, deck%count('motion')
       call deck%get('motion', i, group)
       call motion_from_group(group, deck, trim(DIMENSION_NAMES(self%settings%kind)), motion, status)
+      if (status%failed()) return
+    end do
+    do i = 1, deck%count('control')
+      call deck%get('control', i, group)
+      call control_from_group(group, trim(DIMENSION_NAMES(self%settings%kind)), control)
+      call group%finish(status)
       if (status%failed()) return
     end do
     allocate (self%tools(deck%count('tool')))
@@ -463,6 +471,7 @@ contains
       end associate
     end do
     self%slip_rate = FADING * speed
+    call create_controls(self)
 
   end subroutine read_tools
 

@@ -11,6 +11,7 @@ module swage_input_reference
   use swage_option_table, only: explain_text
   use swage_rigid_tool, only: explain_tool
   use swage_shape_registry, only: shape_names
+  use swage_tool_control, only: control_kinds, explain_control
   use swage_spelling, only: did_you_mean, listed
   use swage_status, only: status_t, STATUS_ERROR
   implicit none(type, external)
@@ -81,6 +82,8 @@ contains
               explain_boundary), &
       entry_t('tool', 'A rigid tool.', .true., null(), 'shape', explain_tool, shape_names), &
       entry_t('motion', 'How a tool moves.', .true., explain_motion), &
+      entry_t('control', 'A coordinate of a tool that follows from forces.', .true., null(), &
+              'kind', explain_control, control_kinds), &
       entry_t('friction', 'A friction law.', .true., null(), 'kind', explain_friction, &
               friction_names), &
       entry_t('contact', 'Which body may touch which tool, and how they rub.', .true., &

@@ -11,10 +11,8 @@ module swage_newton
   integer, parameter :: N_FIELD = 2
   !> Longest history of a report.
   integer, parameter :: MAXIMUM_HISTORY = 100
-  !> Scales that fall below this share in one correction do so with the residual.
-  real(wp), parameter :: COLLAPSE = 0.1_wp
   !> Halvings of a correction before the last one is taken for better or worse.
-  integer, parameter :: MAXIMUM_HALVINGS = 4
+  integer, parameter :: MAXIMUM_HALVINGS = 5
 
   !> Most that the solution of a correction may leave of its right-hand side, and the share of the
   !> tolerance that it may leave of an error.
@@ -50,6 +48,11 @@ module swage_newton
     real(wp) :: linear_tolerance = 1.0e-10_wp
     !> True while prescribed values wait to be imposed by the next correction.
     logical :: has_pending_values = .false.
+    !> True when the problem has a safe tangent besides the exact one, which may lead nowhere.
+    logical :: has_safe_tangent = .false.
+    !> True when the next correction shall take it: the last one, however short, did not reduce the
+    !> errors.
+    logical :: needs_safe_tangent = .false.
   contains
     !> Collective. Residual, errors and tangent at the present unknowns.
     procedure(evaluate_problem), deferred :: evaluate
@@ -61,6 +64,8 @@ module swage_newton
     procedure(worst_place), deferred :: describe_worst
     !> Collective. Judge converged unknowns.
     procedure :: augment => accept_converged
+    !> Collective. Largest share of the last correction that can be trusted [1], at most 1.
+    procedure :: trusted_share => whole_correction
   end type newton_problem_t
 
   abstract interface
@@ -99,9 +104,8 @@ contains
 
   !> Collective. Iterate from the present unknowns until all errors are within tolerance.
   !>
-  !> A correction is halved while the sum of the squared errors grows or a cell is inverted. The
-  !> first one is exempt from the former: it imposes the motion of the step, and errors relative
-  !> to it mean nothing before.
+  !> How much of a correction is taken, a line search decides; all of one that imposes prescribed
+  !> values.
   subroutine newton_solve(problem, control, report, status)
     class(newton_problem_t), intent(inout) :: problem
     type(newton_control_t), intent(in) :: control
@@ -111,9 +115,10 @@ contains
 
     type(status_t) :: trial
     real(wp) :: before(N_FIELD), merit, scales(N_FIELD), step_length
-    integer :: halving, iteration, last_augmentation
-    logical :: done
+    integer :: iteration, last_augmentation
+    logical :: done, may_grow, reduced, was_safe
 
+    problem%needs_safe_tangent = .false.
     call problem%evaluate(status)
     if (status%failed()) return
     report%errors(:, 0) = problem%errors
@@ -138,21 +143,21 @@ contains
       before = 0.0_wp
       if (iteration > last_augmentation + 2) before = report%errors(:, iteration - 2)
       problem%linear_tolerance = forcing(problem%errors, before, control%tolerance)
+      ! Errors are relative to the step's motion, and mean nothing before it is imposed
+      may_grow = problem%has_pending_values
       call problem%correct(status)
       if (status%failed()) return
 
-      step_length = 1.0_wp
-      do halving = 0, MAXIMUM_HALVINGS
+      was_safe = problem%needs_safe_tangent
+      call search_line(problem, control%tolerance, merit, scales, may_grow, step_length, reduced, &
+                       trial)
+      problem%needs_safe_tangent = .not. reduced
+      if (.not. reduced .and. problem%has_safe_tangent .and. .not. was_safe) then
+        step_length = 0.0_wp
         call problem%move(step_length)
         call trial%clear()
         call problem%evaluate(trial)
-        if (.not. trial%failed()) then
-          if (iteration == 1) exit
-          if (norm2(problem%errors * fall_of(problem%scales, scales)) < merit) exit
-          if (all(problem%errors <= control%tolerance)) exit
-        end if
-        if (halving < MAXIMUM_HALVINGS) step_length = 0.5_wp * step_length
-      end do
+      end if
       report%n_iteration = iteration
       report%errors(:, iteration) = problem%errors
       report%step_length(iteration) = step_length
@@ -166,6 +171,56 @@ contains
                       EXIT_CONVERGENCE)
 
   end subroutine newton_solve
+
+  !> Collective. Find how much of the last correction to take, and take it: the largest share,
+  !> halved from the trusted one, that reduces the residual.
+  subroutine search_line(problem, tolerance, merit, scales, may_grow, step_length, reduced, status)
+    class(newton_problem_t), intent(inout) :: problem
+    real(wp), intent(in) :: tolerance(:)
+    !> Norm of the errors, and the scales, before the correction.
+    real(wp), intent(in) :: merit
+    real(wp), intent(in) :: scales(:)
+    !> Take the whole correction if it can be evaluated.
+    logical, intent(in) :: may_grow
+    !> The share taken [1].
+    real(wp), intent(out) :: step_length
+    !> False when no share was good, and the last one was taken.
+    logical, intent(out) :: reduced
+    !> Of the last evaluation.
+    type(status_t), intent(inout) :: status
+
+    integer :: halving
+
+    reduced = .false.
+    step_length = 1.0_wp
+    if (.not. may_grow) step_length = problem%trusted_share()
+    do halving = 0, MAXIMUM_HALVINGS
+      call problem%move(step_length)
+      call status%clear()
+      call problem%evaluate(status)
+      if (.not. status%failed()) then
+        reduced = may_grow .or. all(problem%errors <= tolerance) &
+          .or. norm2(problem%errors * growth_of(problem%scales, scales)) < merit
+        if (reduced) exit
+      end if
+      if (halving < MAXIMUM_HALVINGS) step_length = 0.5_wp * step_length
+    end do
+
+  end subroutine search_line
+
+  !> Factors that turn relative errors into residuals by the scales before the correction. Forces
+  !> are always compared so: an error relative to those of a tool driven into the body would call
+  !> that a success. The scale of volumes grows with the motion of the step, as it should; only its
+  !> fall counts, as in a body that turns without strain.
+  pure function growth_of(scales, before) result(factors)
+    real(wp), intent(in) :: scales(N_FIELD)
+    real(wp), intent(in) :: before(N_FIELD)
+    real(wp) :: factors(N_FIELD)
+
+    factors = scales / before
+    factors(2) = min(factors(2), 1.0_wp)
+
+  end function growth_of
 
   !> Collective. Converged unknowns are the solution, unless a problem has more to ask.
   subroutine accept_converged(self, done, status)
@@ -198,17 +253,15 @@ contains
 
   end function forcing
 
-  !> Factor that keeps an error relative to its scale before the correction, where the scale has
-  !> collapsed: in a body that turns without strain forces vanish with their residual, and a
-  !> relative error would not tell the way to the solution from the way off. 1 elsewhere.
-  elemental function fall_of(scale, scale_before) result(factor)
-    real(wp), intent(in) :: scale
-    real(wp), intent(in) :: scale_before
-    real(wp) :: factor
+  !> A problem that cannot tell trusts its tangent.
+  function whole_correction(self) result(share)
+    class(newton_problem_t), intent(in) :: self
+    real(wp) :: share
 
-    factor = 1.0_wp
-    if (scale < COLLAPSE * scale_before) factor = scale / scale_before
+    associate (unused => self)
+    end associate
+    share = 1.0_wp
 
-  end function fall_of
+  end function whole_correction
 
 end module swage_newton

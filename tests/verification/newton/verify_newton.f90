@@ -50,7 +50,7 @@ contains
 
     character(len=:), allocatable :: name
     real(wp) :: error(0:N_CORRECTION), factor
-    integer :: changed(0:N_CORRECTION), k, n, n_pair
+    integer :: changed(0:N_CORRECTION), i, k, n, n_pair
 
     associate (problem => simulation%mechanics, time => simulation%get_time())
       call problem%begin_step(time, time + dt, .true., status)
@@ -64,7 +64,11 @@ contains
         end if
         call problem%evaluate(status)
         error(k) = maxval(problem%errors)
-        changed(k) = sum(problem%contacts%n_changed)
+        changed(k) = 0
+        do i = 1, size(problem%contacts)
+          changed(k) = changed(k) &
+            + count(problem%contacts(i)%active .neqv. problem%contacts(i)%was_active)
+        end do
         n = k
         if (error(k) < FINISHED) exit
       end do
