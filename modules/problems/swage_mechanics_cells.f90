@@ -186,7 +186,8 @@ contains
     do a = 1, size(self%mesh%cell_node, 1)
       centre = centre + self%mesh%coordinates(:, self%mesh%cell_node(a, cell))
     end do
-    place = 'cell '//text(int(self%mesh%cell_tag(cell)))// &
+    place = 'cell '//text(int(self%mesh%cell_tag(cell)))//' of body '// &
+      self%bodies(self%body_of_cell(cell))%name// &
       near(centre / size(self%mesh%cell_node, 1))
 
   end function place_of
