@@ -40,6 +40,12 @@ module swage_flow_stress
     real(wp) :: thermal_softening = 0.0_wp
     !> \(T_0\) [temperature], kelvin.
     real(wp) :: reference_temperature = ROOM_TEMPERATURE
+    !> Rate up to which the flow stress does not depend on it, 0 in a law that never does
+    !> [1/time]: a search for the increment starts there.
+    real(wp) :: starting_rate = 0.0_wp
+    !> Temperatures for which the law is known [temperature], kelvin.
+    real(wp) :: lowest_temperature = 0.0_wp
+    real(wp) :: highest_temperature = huge(1.0_wp)
   contains
     !> Flow stress and its derivatives at many points.
     procedure, non_overridable :: evaluate_points => flow_stress_evaluate_points

@@ -2,6 +2,7 @@
 !> and one line in `registry`.
 module swage_flow_stress_registry
   use swage_flow_stress, only: flow_stress_t
+  use swage_grid_flow_stress, only: grid_flow_stress_from_group
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_linear_flow_stress, only: linear_flow_stress_from_group, linear_flow_stress_t
@@ -46,7 +47,8 @@ contains
       entry_t('linear', linear_flow_stress_from_group), &
       entry_t('swift', swift_flow_stress_from_group), &
       entry_t('voce', voce_flow_stress_from_group), &
-      entry_t('table', table_flow_stress_from_group)]
+      entry_t('table', table_flow_stress_from_group), &
+      entry_t('grid', grid_flow_stress_from_group)]
 
   end function registry
 

@@ -1,4 +1,5 @@
-!> Rate-independent plasticity of von Mises with isotropic and kinematic hardening: no overstress.
+!> Plasticity of von Mises with isotropic and kinematic hardening: no overstress, hence independent
+!> of the rate unless the flow stress depends on it.
 module swage_j2_plastic
   use swage_elasticity, only: elasticity_t
   use swage_flow_stress, only: flow_stress_t

@@ -39,6 +39,9 @@ module swage_material_law
     !> Equivalent stress at which a virgin point flows, a scale [stress]: that of a law that depends
     !> on the rate is taken at its `reference_rate`; 0 for a law that never flows.
     real(wp) :: initial_flow_stress = 0.0_wp
+    !> Temperatures for which the law is known [temperature], kelvin.
+    real(wp) :: lowest_temperature = 0.0_wp
+    real(wp) :: highest_temperature = huge(1.0_wp)
     !> History variables, in the order of the rows of `state_old`.
     type(state_variable_t), allocatable :: state_table(:)
     !> Rows of `state_old`: the widths of the table, summed.

@@ -122,6 +122,8 @@ contains
     if (present(kinematic)) law%kinematic = kinematic
     law%stiffness = 3.0_wp * law%shear_modulus + law%kinematic%modulus
     call elasticity%describe(law)
+    law%lowest_temperature = threshold%lowest_temperature
+    law%highest_temperature = threshold%highest_temperature
     call threshold%evaluate(0.0_wp, threshold%reference_temperature, law%initial_flow_stress, &
                             slope)
     if (law%kinematic%modulus > 0.0_wp) then
@@ -279,8 +281,8 @@ contains
 
   !> Solve \(f(x) = 0\) by Newton's method inside a bracket that only shrinks.
   !>
-  !> The overstress is steep at rest and flat later, so the search starts on the steep side, from
-  !> where Newton's method climbs without overshooting.
+  !> The overstress, or a threshold that depends on the rate, is steep at rest and flat later, so
+  !> the search starts on the steep side, from where Newton's method climbs without overshooting.
   pure subroutine find_increments(self, dt, n_search, search, back)
     type(radial_return_law_t), intent(in) :: self
     !> [time].
@@ -344,10 +346,12 @@ contains
     type(search_t), intent(inout) :: search(LANES)
 
     type(flow_batch_t) :: flow
-    real(wp) :: stiffness
+    real(wp) :: starting_rate, stiffness
     integer :: i
 
     stiffness = self%stiffness
+    starting_rate = self%threshold%starting_rate
+    if (allocated(self%overstress)) starting_rate = self%overstress%starting_rate
     flow%n_point = n_search
     do i = 1, n_search
       search(i)%high = (search(i)%trial - search(i)%threshold_old) / stiffness
@@ -358,9 +362,7 @@ contains
     call self%threshold%evaluate_points(flow)
     do i = 1, n_search
       if (flow%stress(i) < search(i)%threshold_old) search(i)%high = search(i)%trial / stiffness
-      if (allocated(self%overstress)) then
-        search(i)%x = min(self%overstress%starting_rate * dt, 0.5_wp * search(i)%high)
-      end if
+      search(i)%x = min(starting_rate * dt, 0.5_wp * search(i)%high)
     end do
 
   end subroutine open_brackets

@@ -9,11 +9,13 @@ submodule(swage_mechanics) swage_mechanics_setup
   use swage_linear_solver_registry, only: linear_solver_create
   use swage_material_registry, only: material_from_group
   use swage_motion, only: motion_from_group, motion_t
+  use swage_number, only: number_text
   use swage_rigid_tool, only: tool_from_group
   use swage_status, only: EXIT_MESH, STATUS_ERROR
   use swage_tool_contact, only: AUGMENTED_LAGRANGIAN, enforcement_t, ENFORCEMENT_NAMES, &
     facet_normal, PENALTY, tool_contact_create
   use swage_tool_control, only: control_from_group, tool_control_t
+  use swage_units, only: shown
   use swage_unknowns, only: unknowns_create
   implicit none(type, external)
 
@@ -154,6 +156,9 @@ contains
       self%materials(i)%name = material_group%name
       call material_from_group(material_group, deck, self%units, self%materials(i)%law, status)
       if (status%failed()) return
+      call check_temperature(material_group, self%materials(i)%law, &
+                             self%settings%initial_temperature, status)
+      if (status%failed()) return
     end do
     if (deck%count('body') == 0) then
       call status%raise(STATUS_ERROR, 'read_bodies', deck%path//': there is no &body: name a '// &
@@ -203,6 +208,37 @@ contains
     end if
 
   end subroutine read_bodies
+
+  !> Refuse a run at a temperature for which a law is not known.
+  subroutine check_temperature(group, law, temperature, status)
+    !> The `&material`.
+    type(group_t), intent(in) :: group
+    class(material_law_t), intent(in) :: law
+    !> Kelvin [temperature].
+    real(wp), intent(in) :: temperature
+    type(status_t), intent(inout) :: status
+
+    ! What a sum of degrees Celsius and 273.15 rounds
+    real(wp), parameter :: ROUNDING = 1.0e-6_wp
+
+    if (temperature >= law%lowest_temperature - ROUNDING .and. &
+        temperature <= law%highest_temperature + ROUNDING) return
+    call status%raise(STATUS_ERROR, 'check_temperature', group%describe('flow_stress')// &
+                      ': is known from '//celsius(law%lowest_temperature)//' to '// &
+                      celsius(law%highest_temperature)//' degC, and &job temperature is '// &
+                      celsius(temperature)//' degC')
+
+  end subroutine check_temperature
+
+  !> To a millionth: what kelvin have rounded.
+  pure function celsius(temperature) result(string)
+    !> Kelvin.
+    real(wp), intent(in) :: temperature
+    character(len=:), allocatable :: string
+
+    string = number_text(1.0e-6_wp * anint(1.0e6_wp * shown(temperature, 'temperature')))
+
+  end function celsius
 
   !> Place of a group that must exist and hold something; a fault goes to the input group.
   function checked_group(self, group, key, name, n_dim) result(place)

@@ -3,6 +3,7 @@ module swage_test_laws
   use swage_chenot_eq3, only: chenot_eq3_create
   use swage_elasticity, only: elasticity_t
   use swage_flow_stress, only: flow_stress_t
+  use swage_grid_flow_stress, only: grid_flow_stress_create, grid_flow_stress_t
   use swage_j2_plastic, only: j2_plastic_create
   use swage_kinds, only: wp
   use swage_kinematic_hardening, only: kinematic_hardening_t
@@ -26,7 +27,7 @@ module swage_test_laws
   character(len=20), parameter :: LAW_NAMES(*) = &
     [character(len=20) :: 'elastic', 'j2 linear', 'j2 swift', 'j2 voce', 'j2 table', 'perzyna', &
                           'chenot_eq3', 'norton_hoff', 'kinematic j2', 'kinematic perzyna', &
-                          'kinematic chenot_eq3']
+                          'kinematic chenot_eq3', 'j2 grid', 'kinematic grid']
 
 contains
 
@@ -84,8 +85,9 @@ contains
       call make_flow_stress('linear', shear_modulus, flow_stress)
       call chenot_eq3_create(elasticity, flow_stress, viscosity, solid, kinematic)
       allocate (law, source=solid)
-    case ('kinematic j2')
-      call make_flow_stress('linear', shear_modulus, flow_stress)
+    case ('kinematic j2', 'kinematic grid')
+      call make_flow_stress(trim(merge('grid  ', 'linear', name == 'kinematic grid')), &
+                            shear_modulus, flow_stress)
       call j2_plastic_create(elasticity, flow_stress, solid, kinematic)
       allocate (law, source=solid)
     case default
@@ -102,7 +104,10 @@ contains
     real(wp), intent(in) :: scale
     class(flow_stress_t), allocatable, intent(out) :: flow_stress
 
+    type(grid_flow_stress_t) :: grid
     type(table_flow_stress_t) :: table
+    real(wp) :: stress(3, 3, 2)
+    integer :: i
 
     select case (name)
     case ('swift')
@@ -117,6 +122,14 @@ contains
       call table_flow_stress_create([0.0_wp, 0.1_wp, 0.5_wp, 2.0_wp], &
                                     scale * [0.1_wp, 0.15_wp, 0.2_wp, 0.24_wp], table)
       allocate (flow_stress, source=table)
+    case ('grid')
+      do i = 1, 3
+        stress(:, i, 1) = scale * [0.1_wp, 0.15_wp, 0.2_wp] * (0.7_wp + 0.3_wp * i**2)
+      end do
+      stress(:, :, 2) = 0.4_wp * stress(:, :, 1)
+      call grid_flow_stress_create([0.0_wp, 0.2_wp, 1.0_wp], [1.0e-3_wp, 1.0_wp, 1.0e2_wp], &
+                                   [300.0_wp, 1200.0_wp], stress, grid)
+      allocate (flow_stress, source=grid)
     case default
       allocate (flow_stress, source=linear_flow_stress_t(yield_stress=0.1_wp * scale, &
                                                          hardening_modulus=0.05_wp * scale))

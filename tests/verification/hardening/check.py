@@ -1,4 +1,4 @@
-"""Kinematic hardening: cyclic tension, large shear: closed forms.
+"""Kinematic hardening and measured flow stress: closed forms.
 
 Cyclic tension. A bar at small strain, drawn, pushed and drawn again: C = 3000, H = 1000 MPa, yield
 stress 200. The answer is piecewise linear: E up to the yield surface, then E h / (E + h) with
@@ -14,9 +14,18 @@ a12 = C/3 sin(g), a11 = -a22 = C/3 (1 - cos(g)), and s12 is by Y/sqrt(3) more: p
 stress falls again, and the sine is why this rate is not for kinematic hardening at large shear. The
 update is of order 2: slope 2 +- 0.1, and at dg = 0.01 an error below 1e-5 C.
 
-Source of the latter: J. C. Nagtegaal and J. E. de Jong, Some aspects of nonisotropic work-hardening
+Source of that: J. C. Nagtegaal and J. E. de Jong, Some aspects of nonisotropic work-hardening
 in finite strain plasticity, in: Plasticity of Metals at Finite Strain, Stanford University (1982).
+
+Flow stress on a grid. The bar drawn at rates within, below and above those of the table, at
+temperatures on and between its own: the stress is that of the table, interpolated here once more, at
+the plastic strain and rate reached. 1e-8, the tolerance of Newton.
+
+Relaxation. A flow stress A + B ln(rate) at constant length, E ep' = -s': from s0 it falls as
+s0 - B ln(1 + E/B r0 t), with the rate r0 of s0. Order 1 of a rate that counts at the end of the step;
+the limit by Richardson extrapolation.
 """
+import bisect
 import math
 
 BAR = """
@@ -49,6 +58,20 @@ SHEAR = """
 &solver tolerance = 1e-10 pressure_tolerance = 1e-10 /
 &output every = {every} fields = 'stress', 'back_stress' double_precision = .true. /
 """
+GRID = """
+&job units = 'mm-tonne-s' dimension = 'axisymmetric' geometry = 'fixed' temperature = {temperature} /
+&mesh file = 'bar.msh' /
+&body name = 'bar' material = 'metal' group = 'BODY' /
+&material name = 'metal' law = 'j2' young = {young} poisson = 0.3 flow_stress = 'measured' /
+&flow_stress name = 'measured' kind = 'grid' file = '{file}' /
+&boundary name = 'bottom' kind = 'symmetry' group = 'BOTTOM' /
+&boundary name = 'top' kind = 'displacement' group = 'TOP' components = 'y'
+  displacement = 0, {strain!r}, 0 time = {time} factor = {factor} /
+{steps}
+&solver tolerance = 1e-11 pressure_tolerance = 1e-11 grad_div = 0 /
+&output every = {every} fields = 'stress', 'equivalent_plastic_strain',
+  'equivalent_plastic_strain_rate' double_precision = .true. /
+"""
 YOUNG, KINEMATIC, ISOTROPIC, YIELD = 200000.0, 3000.0, 1000.0, 200.0
 
 
@@ -57,6 +80,8 @@ def run(context):
     context.rectangle('bar', 1, 1)
     yield from cyclic_tension(context)
     yield from large_shear(context)
+    yield from grid_rates(context)
+    yield from logarithmic_relaxation(context)
 
 
 def cyclic_tension(context):
@@ -113,3 +138,70 @@ def large_shear(context):
                         two_sided=True)
     yield context.order('large shear: order, dg 0.01 to 0.005', increments[1:], errors[1:], 2.0,
                         0.1, two_sided=True)
+
+
+def grid_rates(context):
+    strains, rates, temperatures = (0.0, 0.05, 0.2), (0.01, 0.3, 50.0), (800.0, 950.0, 1200.0)
+    table = {(e, r, t): (40 + 120 * e**0.4) * r**0.15 * math.exp(-(t - 800) / 300)
+             for e in strains for r in rates for t in temperatures}
+    lines = [f'{e!r},{r!r},{t!r},{stress!r}' for (e, r, t), stress in table.items()]
+    (context.folder / 'grid.csv').write_text('\n'.join(['strain,rate,temperature,stress', *lines]),
+                                             encoding='utf-8')
+
+    def stress_at(e, r, t):
+        """Linear in every direction, the logarithm of the rate taken."""
+        sides = []
+        for values, value in ((strains, e), ([math.log(rate) for rate in rates], math.log(r)),
+                              (temperatures, t)):
+            value = min(max(value, values[0]), values[-1])
+            low = min(max(bisect.bisect_right(values, value) - 1, 0), len(values) - 2)
+            share = (value - values[low]) / (values[low + 1] - values[low])
+            sides.append(((low, 1 - share), (low + 1, share)))
+        return sum(wi * wj * wk * table[strains[i], rates[j], temperatures[k]]
+                   for i, wi in sides[0] for j, wj in sides[1] for k, wk in sides[2])
+
+    for rate, temperature in ((1e-5, 800), (0.01, 1000), (1.0, 950), (20.0, 1133), (1e3, 1200)):
+        duration = 0.1 / rate
+        done = context.run_swage(GRID.format(
+            temperature=temperature, young=100000, file='grid.csv', strain=0.1,
+            time=f'0, {duration!r}', factor='0, 1', every=10,
+            steps=f'&step duration = {duration!r} increments = 20 /'),
+            name=f'grid_{rate}_{temperature}')
+        for i in (1, 2):
+            fields = done.results().step(i).cell_fields
+            reached = fields['equivalent_plastic_strain'][0]
+            flowing = fields['equivalent_plastic_strain_rate'][0]
+            yield context.row(f'grid: strain {0.05 * i:g}, rate {rate:g}, {temperature} degC',
+                              fields['stress'][0][1], stress_at(reached, flowing, temperature),
+                              1e-8)
+
+
+def logarithmic_relaxation(context):
+    slope, low, base, start = 5.0, 1e-10, 50.0, 160.0
+    (context.folder / 'logarithm.csv').write_text(
+        'rate,strain,temperature,stress\n'
+        f'{low!r},0,20,{base!r}\n100,0,20,{base + slope * math.log(100 / low)!r}\n',
+        encoding='utf-8')
+    ends, counts, hold = [], (50, 100, 200, 400), 5e-4
+    for count in counts:
+        done = context.run_swage(GRID.format(
+            temperature=20, young=YOUNG, file='logarithm.csv', strain=start / YOUNG,
+            time=f'0, 1e-10, {1 + hold!r}', factor='0, 1, 1', every=count + 1,
+            steps='&step duration = 1e-10 increments = 1 /\n'
+            f'&step duration = {hold!r} increments = {count} /'), name=f'relaxation_{count}')
+        ends.append(done.history['reaction_top_y'][-1] / math.pi)
+    rate = low * math.exp((start - base) / slope)
+    exact = start - slope * math.log(1 + YOUNG / slope * rate * hold)
+    yield context.order('logarithmic relaxation: order in time', [1 / n for n in counts],
+                        [abs(end - exact) for end in ends], 1.0, 0.05)
+    yield context.row('logarithmic relaxation, dt to 0', extrapolated(ends), exact, 1e-6)
+
+
+def extrapolated(values):
+    """Richardson's limit of values at steps halved each time, errors in powers of the step."""
+    values, power = list(values), 1
+    while len(values) > 1:
+        values = [fine + (fine - coarse) / (2**power - 1)
+                  for coarse, fine in zip(values, values[1:])]
+        power += 1
+    return values[0]
