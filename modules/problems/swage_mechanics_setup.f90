@@ -611,8 +611,28 @@ contains
       call check_overlap(self, self%contacts(i), group, status)
       if (status%failed()) return
     end do
+    call check_controls(self, deck, status)
 
   end subroutine read_contacts
+
+  !> Forces on a tool that nothing can touch have nothing to balance them.
+  subroutine check_controls(self, deck, status)
+    type(mechanics_t), intent(in) :: self
+    type(deck_t), intent(in) :: deck
+    type(status_t), intent(inout) :: status
+
+    type(group_t) :: group
+    integer :: i
+
+    do i = 1, size(self%tools)
+      if (size(self%tools(i)%controls) == 0 .or. any(self%contacts%tool == i)) cycle
+      call deck%get('tool', i, group)
+      call status%raise(STATUS_ERROR, 'check_controls', group%describe('controls')//': no '// &
+                        '&contact has this tool as its master: nothing balances the forces on it')
+      return
+    end do
+
+  end subroutine check_controls
 
   !> Frictions that no contact uses are checked all the same.
   subroutine check_frictions(deck, status)
@@ -645,8 +665,8 @@ contains
 
     if (law%is_regularised .and. law%regularisation_velocity <= 0.0_wp &
         .and. self%slip_rate <= 0.0_wp) then
-      call status%raise(STATUS_ERROR, 'check_friction', group%describe('friction')//': no tool '// &
-                        'moves, so no slip rate follows from their speed: give '// &
+      call status%raise(STATUS_ERROR, 'check_friction', group%describe('friction')//': no '// &
+                        'motion is prescribed, so no slip rate follows from its speed: give '// &
                         '`regularisation_velocity` in the &friction')
     end if
     if (law%uses_flow_stress) then

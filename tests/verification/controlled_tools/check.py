@@ -9,11 +9,18 @@ Spring: a block of stiffness E A / h (Poisson's ratio 0) and a spring share a di
 mm in series: k (d - u) = E A ln(h / (h - u)), with u the share of the block, to the square of the
 strain of an increment. The contact is an augmented Lagrangian, which has no compliance of its own.
 
+Cushion: the same billet between a press and a die on a spring, pressed and let go, which is the
+example of the user's guide: both tools carry the force, in every increment, and the spring gives
+way by it.
+
 Torsion: a bar between two plates that it sticks to, one of which is turned by a torque, then by the
 angle that came out: the same torque.
 
-Roll: a strip that is pulled past a free roll, pressed by a force, turns it: no torque remains, and the surface of the roll
-keeps up with the strip but for the creep of regularised friction, far below 1 % of the way.
+Roll: a strip that is pulled past a free roll, pressed by a force, turns it: no torque remains, and
+the surface of the roll keeps up with the strip but for the creep of regularised friction, far below
+1 % of the way. On 2 and 3 ranks it goes the same way, to 1e-8 at a Newton tolerance of 1e-8, and a
+run that was saved in the middle and goes on ends in the same bits: the coordinates of tools and
+their rates are in the restart file.
 
 A force that drives a tool away from the bodies ends the run with exit code 4 and says so.
 """
@@ -21,6 +28,7 @@ import math
 import re
 
 import swage_mesh_writer
+from swage_process import Fault, differences, run as run_case, write_case
 
 STEEL = """
 &material name = 'steel' law = 'j2' young = 200000 poisson = 0.3 flow_stress = 'linear' /
@@ -38,6 +46,22 @@ BILLET = """
 &contact name = 'top' slave = 'billet' master = 'upper' friction = 'dry' /
 &step duration = 1 increments = 20 /
 &solver tolerance = 1e-9 pressure_tolerance = 1e-9 /
+""" + STEEL
+
+CUSHION = """
+&job units = 'mm-tonne-s' dimension = 'axisymmetric' /
+&mesh file = 'billet.msh' /
+&body name = 'billet' material = 'steel' group = 'BODY' /
+&tool name = 'upper' shape = 'plane' point = 0, 15, 0 normal = 0, -1, 0 controls = 'press' /
+&tool name = 'cushion' shape = 'plane' point = 0, 0, 0 normal = 0, 1, 0 controls = 'spring' /
+&control name = 'press' kind = 'force' direction = 0, -1, 0
+  time = 0, 1, 1.2 force = 0, 1.5e5, 0 /
+&control name = 'spring' kind = 'spring' direction = 0, 1, 0 stiffness = 1.0e5 /
+&friction name = 'dry' kind = 'coulomb_tresca' coefficient = 0.1 regularisation_velocity = 0.05 /
+&contact name = 'top' slave = 'billet' master = 'upper' friction = 'dry' /
+&contact name = 'bottom' slave = 'billet' master = 'cushion' friction = 'dry' /
+&step duration = 1 increments = 50 /
+&step duration = 0.19 increments = 10 /
 """ + STEEL
 
 BLOCK = """
@@ -86,11 +110,14 @@ STRIP = """
 &step duration = 0.1 increments = 5 /
 &step duration = 0.2 increments = 40 /
 &solver tolerance = 1e-8 pressure_tolerance = 1e-8 /
+&output double_precision = .true. every = 15 /
+{restart}
 """
 
 
 def run(context):
     yield from billet(context)
+    yield from cushion(context)
     yield from spring(context)
     yield from torsion(context)
     yield from roll(context)
@@ -128,6 +155,18 @@ def billet(context):
                              name='away', expect_exit=4)
     yield context.row('billet: a force that leads away is told',
                       'along control press and touches nothing' in done.output, 1, 0)
+
+
+def cushion(context):
+    history = context.run_swage(CUSHION, name='cushion').history
+    worst = 0.0
+    for time, upper, lower, place in zip(*(history[name][1:] for name in (
+            'time', 'force_upper_y', 'force_cushion_y', 'position_cushion_y'))):
+        force = 1.5e5 * min(time, (1.2 - time) / 0.2)
+        worst = max(worst, *(abs(value / force - 1) for value in (upper, -lower, -1e5 * place)))
+    yield context.row('cushion: force on both tools and of the spring', worst, 0, 1e-5)
+    yield context.below('cushion: iterations an increment',
+                        sum(history['iterations']) / len(history['time'][1:]), 4)
 
 
 def order(done):
@@ -188,9 +227,23 @@ def torsion(context):
 def roll(context):
     swage_mesh_writer.write_rectangle(context.folder / 'strip.msh', 40, 5,
                                       lambda x, y: (20 * x - 12, 5 * y))
-    history = context.run_swage(STRIP, name='roll').history
+    history = context.run_swage(STRIP.format(restart=''), name='roll').history
     torque = max(abs(value) for value in history['torque_roll_z'])
     pressed = 20 * 0.3 * abs(history['force_roll_y'][-1])
     yield context.row('roll: torque by that of full friction', torque / pressed, 0, 1e-5)
     yield context.row('roll: way of its surface by that of the strip [mm]',
                       20 * history['angle_roll'][-1], 2.0, 1e-2)
+
+    for ranks in (2, 3):
+        other = context.run_swage(STRIP.format(restart=''), ranks=ranks, name=f'roll_{ranks}')
+        columns = ('force_roll_x', 'force_roll_y', 'position_roll_y', 'angle_roll')
+        worst = max(abs(a - b) / max(abs(b) for b in history[name]) for name in columns
+                    for a, b in zip(other.history[name], history[name]))
+        yield context.zero(f'roll: force, place and angle on {ranks} ranks', worst, 1e-8)
+    write_case(context, 'part', STRIP.format(restart='&restart every = 29 /'))
+    for options in ([], ['--restart']):
+        code, output = run_case(context, 'part', options)
+        if code != 0:
+            raise Fault(f'part: exit code {code}\n{output[-2000:]}')
+    yield context.zero('roll: results that differ in a bit after a restart',
+                       len(differences(context.folder / 'part', context.folder / 'roll')), 0)
