@@ -1,14 +1,15 @@
-!> What Fortran cannot do to files: rename and remove them, set their length, bring them onto the
-!> disk.
+!> What Fortran cannot do to files: rename and remove them, set their length, set room aside for
+!> them, bring them onto the disk.
 !>
 !> Not collective: rank 0 calls. Nothing is raised, callers know what a failure means.
 module swage_file_system
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_long, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_long, &
+                                         c_null_char, c_ptr
   use swage_kinds, only: gp
   implicit none(type, external)
   private
 
-  public :: rename_file, remove_file, set_file_size, sync_file, file_size, same_file
+  public :: rename_file, remove_file, set_file_size, extend_file, sync_file, file_size, same_file
 
   !> Longest path that the system resolves, with the character that ends it.
   integer, parameter :: PATH_LENGTH = 4097
@@ -75,6 +76,17 @@ module swage_file_system
       integer(c_int) :: descriptor
     end function posix_fileno
 
+    !> POSIX: reserve room for a part of a file; 0 or a value of errno.
+    function posix_fallocate(descriptor, offset, length) result(fault) &
+      bind(C, name='posix_fallocate')
+      import :: c_int, c_int64_t
+      implicit none(type, external)
+      integer(c_int), value, intent(in) :: descriptor
+      integer(c_int64_t), value, intent(in) :: offset
+      integer(c_int64_t), value, intent(in) :: length
+      integer(c_int) :: fault
+    end function posix_fallocate
+
     !> POSIX: the path of a file without links and dots; null when there is no such file.
     function posix_realpath(path, resolved) result(place) bind(C, name='realpath')
       import :: c_char, c_ptr
@@ -128,6 +140,26 @@ contains
     succeeded = posix_truncate(path//c_null_char, int(n_byte, c_long)) == 0_c_int
 
   end subroutine set_file_size
+
+  !> Make a file longer by zeros that have their room on the disk.
+  subroutine extend_file(path, n_byte, fault)
+    character(len=*), intent(in) :: path
+    !> By how much; positive.
+    integer(gp), intent(in) :: n_byte
+    !> Value of errno, 0 when it is done, -1 when the file cannot be opened.
+    integer(c_int), intent(out) :: fault
+
+    integer(c_int) :: ignored
+    type(c_ptr) :: stream
+
+    fault = -1_c_int
+    stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
+    if (.not. c_associated(stream)) return
+    fault = posix_fallocate(posix_fileno(stream), int(file_size(path), c_int64_t), &
+                            int(n_byte, c_int64_t))
+    ignored = c_fclose(stream)
+
+  end subroutine extend_file
 
   !> Wait until the content of a file is on the disk.
   subroutine sync_file(path, succeeded)

@@ -1,37 +1,42 @@
 !> What Swage needs of parallel HDF5: files, growing tables, attributes.
 !>
-!> Every procedure is collective over the communicator of the file. None raises a status: each sets
-!> `broken` to true when an HDF5 call failed on this rank and leaves it alone otherwise, so that a
-!> caller makes all its calls on all ranks and agrees once. HDF5 prints nothing of its own.
+!> Every procedure is collective over the communicator of the file, but for two. None raises a
+!> status: each sets `broken` to true when an HDF5 call failed on this rank and leaves it alone
+!> otherwise, so that a caller makes all its calls on all ranks and agrees once. HDF5 prints nothing
+!> of its own.
 module swage_hdf5
-  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_loc, c_ptr
-  use, intrinsic :: iso_fortran_env, only: int64
+  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
+  use, intrinsic :: iso_fortran_env, only: int64, int8
   use hdf5, only: h5aclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5dclose_f, h5dcreate_f, &
                   h5dget_space_f, h5dopen_f, h5dset_extent_f, h5dwrite_f, h5eset_auto_f, &
-                  h5fclose_f, h5fcreate_f, h5fflush_f, h5fopen_f, &
+                  h5fclose_f, h5fcreate_f, h5fflush_f, h5fget_file_image_f, h5fopen_f, &
                   h5kind_to_type, h5open_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, &
-                  h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, h5pset_fill_time_f, &
-                  h5pset_libver_bounds_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
-                  h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, h5sselect_none_f, &
+                  h5pset_dxpl_mpio_f, h5pset_fapl_core_f, h5pset_fapl_mpio_f, h5pset_fill_time_f, &
+                  h5pset_libver_bounds_f, h5pset_userblock_f, h5sclose_f, h5screate_f, &
+                  h5screate_simple_f, h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, &
+                  h5sselect_none_f, &
                   h5tclose_f, h5tcopy_f, h5tset_size_f, h5tset_strpad_f, hid_t, hsize_t, size_t, &
                   H5D_FILL_TIME_NEVER_F, H5FD_MPIO_COLLECTIVE_F, H5F_ACC_RDWR_F, &
                   H5F_ACC_TRUNC_F, H5F_LIBVER_LATEST_F, H5F_SCOPE_GLOBAL_F, &
-                  H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, H5P_FILE_ACCESS_F, H5S_SCALAR_F, &
+                  H5P_DATASET_CREATE_F, H5P_DATASET_XFER_F, H5P_FILE_ACCESS_F, &
+                  H5P_FILE_CREATE_F, H5S_SCALAR_F, &
                   H5S_SELECT_SET_F, H5S_UNLIMITED_F, H5T_FORTRAN_S1, H5T_STD_I64LE, &
                   H5T_STR_NULLPAD_F, H5_INTEGER_KIND
   use mpi_f08, only: MPI_INFO_NULL
   use swage_comm, only: comm_t
-  use swage_file_system, only: file_size, set_file_size
   use swage_kinds, only: gp
   implicit none(type, external)
   private
 
-  public :: hdf5_start, hdf5_create_file, hdf5_create_table, hdf5_write_rows, hdf5_flush
-  public :: hdf5_claim_tail
+  public :: hdf5_start, hdf5_create_file, hdf5_open_new_file, hdf5_flush
+  public :: hdf5_claim_tail, hdf5_create_table, hdf5_write_rows
   public :: hdf5_write_text, hdf5_write_integers, note_code, LIST
 
   !> In place of a number of components: a table of rank 1.
   integer, parameter :: LIST = 0
+
+  !> Bytes by which a file in memory grows.
+  integer(size_t), parameter :: IMAGE_INCREMENT = 4096_size_t
 
   interface
     !> Which the Fortran interface of HDF5 lacks: record as the end of a file the larger of its end
@@ -63,15 +68,76 @@ contains
 
   end subroutine hdf5_start
 
-  !> Collective. Create a file that all ranks write. One that exists is replaced, unless it cannot
-  !> be opened for writing.
+  !> Not collective, unlike the others: one rank creates a file. One that exists is replaced, unless
+  !> it cannot be opened for writing.
   !>
-  !> The file is of the oldest kind, what is put into it of the newest: a file of a newer kind could
-  !> not be read while it is written, nor opened again after its run was killed; the older tables
-  !> rebuild the index of their rows every 64 chunks, and a run killed meanwhile would lose them.
-  subroutine hdf5_create_file(path, comm, file, broken)
+  !> HDF5 makes it in memory, for it cannot get rid of a file that it could not write.
+  subroutine hdf5_create_file(path, n_header, broken)
+    character(len=*), intent(in) :: path
+    !> Bytes in front that HDF5 leaves alone: none, 512 or a larger power of 2.
+    integer, intent(in) :: n_header
+    logical, intent(inout) :: broken
+
+    integer(int8), allocatable :: header(:)
+    integer(int8), allocatable, target :: image(:)
+    integer(size_t) :: n_byte
+    integer(hid_t) :: access, creation, file
+    integer :: code, unit
+    type(c_ptr) :: place
+
+    call h5pcreate_f(H5P_FILE_ACCESS_F, access, code)
+    call note_code(code, broken)
+    call h5pset_fapl_core_f(access, IMAGE_INCREMENT, .false., code)
+    call note_code(code, broken)
+    call h5pcreate_f(H5P_FILE_CREATE_F, creation, code)
+    call note_code(code, broken)
+    call h5pset_userblock_f(creation, int(n_header, hsize_t), code)
+    call note_code(code, broken)
+    call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, code, creation, access)
+    call note_code(code, broken)
+    call h5fflush_f(file, H5F_SCOPE_GLOBAL_F, code)
+    call note_code(code, broken)
+    n_byte = 0_size_t
+    place = c_null_ptr
+    call h5fget_file_image_f(file, place, 0_size_t, code, n_byte)
+    call note_code(code, broken)
+    allocate (image(n_byte))
+    place = c_loc(image)
+    call h5fget_file_image_f(file, place, n_byte, code)
+    call note_code(code, broken)
+    call h5fclose_f(file, code)
+    call note_code(code, broken)
+    call h5pclose_f(creation, code)
+    call note_code(code, broken)
+    call h5pclose_f(access, code)
+    call note_code(code, broken)
+    if (broken) return
+
+    allocate (header(n_header), source=0_int8)
+    open (newunit=unit, file=path, access='stream', form='unformatted', status='replace', &
+          action='readwrite', iostat=code)
+    broken = code /= 0
+    if (broken) return
+    write (unit, iostat=code) header, image
+    broken = code /= 0
+    flush (unit, iostat=code)
+    broken = broken .or. code /= 0
+    close (unit, iostat=code)
+    broken = broken .or. code /= 0
+
+  end subroutine hdf5_create_file
+
+  !> Collective. Open a file that has just been created.
+  !>
+  !> The file is of the oldest kind, what is put into it may be of the newest: a file of a newer
+  !> kind could not be read while it is written, nor opened again after its run was killed; the
+  !> older tables rebuild the index of their rows every 64 chunks, and a run killed meanwhile would
+  !> lose them.
+  subroutine hdf5_open_new_file(path, comm, newest, file, broken)
     character(len=*), intent(in) :: path
     type(comm_t), intent(in) :: comm
+    !> True for what is put into it to be of the newest kind.
+    logical, intent(in) :: newest
     !> The caller closes it.
     integer(hid_t), intent(out) :: file
     logical, intent(inout) :: broken
@@ -84,39 +150,28 @@ contains
     call note_code(code, broken)
     call h5pset_fapl_mpio_f(access, comm%handle%mpi_val, MPI_INFO_NULL%mpi_val, code)
     call note_code(code, broken)
-    call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, code, access_prp=access)
-    call note_code(code, broken)
-    if (code >= 0) then
-      ! What is put into the file is of the kind that it was opened for
-      call h5fclose_f(file, code)
-      call note_code(code, broken)
+    if (newest) then
       call h5pset_libver_bounds_f(access, H5F_LIBVER_LATEST_F, H5F_LIBVER_LATEST_F, code)
       call note_code(code, broken)
-      call h5fopen_f(path, H5F_ACC_RDWR_F, file, code, access)
-      call note_code(code, broken)
     end if
+    call h5fopen_f(path, H5F_ACC_RDWR_F, file, code, access)
+    call note_code(code, broken)
     call h5pclose_f(access, code)
     call note_code(code, broken)
 
-  end subroutine hdf5_create_file
+  end subroutine hdf5_open_new_file
 
   !> Collective. Bring what was written onto the disk.
   !>
   !> HDF5 writes the length of the file before the file is as long as that: a run killed between the
-  !> two would leave a file that nobody can open. So the file is made longer before, by a hole, and
-  !> HDF5 cuts it.
-  subroutine hdf5_flush(file, path, n_byte, comm, broken)
+  !> two would leave a file that nobody can open. So the file must have its room before, see
+  !> [[reserve_t]]; where it has grown HDF5 cuts what it did not need.
+  subroutine hdf5_flush(file, broken)
     integer(hid_t), intent(in) :: file
-    character(len=*), intent(in) :: path
-    !> By which the file may have grown since the last call, at most.
-    integer(gp), intent(in) :: n_byte
-    type(comm_t), intent(in) :: comm
     logical, intent(inout) :: broken
 
     integer :: code
-    logical :: ignored
 
-    if (comm%rank == 0) call set_file_size(path, file_size(path) + n_byte, ignored)
     call h5fflush_f(file, H5F_SCOPE_GLOBAL_F, code)
     call note_code(code, broken)
 

@@ -4,14 +4,14 @@ module swage_hdf5_arrays
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use hdf5, only: h5aclose_f, h5aget_space_f, h5aopen_f, h5aread_f, h5dclose_f, h5dcreate_f, &
-                  h5dget_space_f, h5dopen_f, h5dread_f, h5dwrite_f, h5fcreate_f, h5fopen_f, &
+                  h5dget_space_f, h5dopen_f, h5dread_f, h5dwrite_f, h5fopen_f, &
                   h5gget_obj_info_idx_f, h5gn_members_f, h5kind_to_type, h5pclose_f, &
-                  h5pcreate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, h5pset_userblock_f, &
+                  h5pcreate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
                   h5sclose_f, h5screate_simple_f, h5sget_simple_extent_dims_f, &
                   h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, &
                   h5sselect_hyperslab_f, h5sselect_none_f, hid_t, hsize_t, H5_INTEGER_KIND, &
-                  H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_ACC_TRUNC_F, H5FD_MPIO_COLLECTIVE_F, &
-                  H5P_DATASET_XFER_F, H5P_FILE_ACCESS_F, H5P_FILE_CREATE_F, H5S_SELECT_SET_F, &
+                  H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5FD_MPIO_COLLECTIVE_F, &
+                  H5P_DATASET_XFER_F, H5P_FILE_ACCESS_F, H5S_SELECT_SET_F, &
                   H5T_NATIVE_DOUBLE
   use mpi_f08, only: MPI_INFO_NULL
   use swage_comm, only: comm_t
@@ -20,41 +20,13 @@ module swage_hdf5_arrays
   implicit none(type, external)
   private
 
-  public :: hdf5_create_headed_file, hdf5_open_file, hdf5_write_array, hdf5_read_array
+  public :: hdf5_open_file, hdf5_write_array, hdf5_read_array
   public :: hdf5_array_shape, hdf5_read_list, hdf5_read_integers, hdf5_members, MEMBER_LENGTH
 
   !> Longest name of a member of a group.
   integer, parameter :: MEMBER_LENGTH = 256
 
 contains
-
-  !> Collective. Create a file with room in front of what HDF5 writes.
-  subroutine hdf5_create_headed_file(path, comm, n_header, file, broken)
-    character(len=*), intent(in) :: path
-    type(comm_t), intent(in) :: comm
-    !> Bytes that HDF5 leaves alone: 512 or a larger power of 2.
-    integer, intent(in) :: n_header
-    !> The caller closes it.
-    integer(hid_t), intent(out) :: file
-    logical, intent(inout) :: broken
-
-    integer(hid_t) :: access, creation
-    integer :: code
-
-    file = -1_hid_t
-    call get_access(comm, access, broken)
-    call h5pcreate_f(H5P_FILE_CREATE_F, creation, code)
-    call note_code(code, broken)
-    call h5pset_userblock_f(creation, int(n_header, hsize_t), code)
-    call note_code(code, broken)
-    call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, code, creation, access)
-    call note_code(code, broken)
-    call h5pclose_f(creation, code)
-    call note_code(code, broken)
-    call h5pclose_f(access, code)
-    call note_code(code, broken)
-
-  end subroutine hdf5_create_headed_file
 
   !> Collective. Open a file that exists.
   subroutine hdf5_open_file(path, comm, writable, file, broken)

@@ -14,11 +14,11 @@ module swage_restart_file
                   H5T_NATIVE_DOUBLE, H5T_STD_U8LE
   use swage_checksum, only: bytes_of, checksum
   use swage_comm, only: comm_t
-  use swage_disk_room, only: check_room
+  use swage_disk_room, only: check_room, reserve_t
   use swage_file_system, only: file_size, remove_file, rename_file, same_file, sync_file
-  use swage_hdf5, only: hdf5_start, note_code
-  use swage_hdf5_arrays, only: hdf5_array_shape, hdf5_create_headed_file, hdf5_members, &
-                               hdf5_open_file, hdf5_read_array, hdf5_write_array, MEMBER_LENGTH
+  use swage_hdf5, only: hdf5_create_file, hdf5_open_new_file, hdf5_start, note_code
+  use swage_hdf5_arrays, only: hdf5_array_shape, hdf5_members, hdf5_open_file, hdf5_read_array, &
+                               hdf5_write_array, MEMBER_LENGTH
   use swage_kinds, only: gp, wp
   use swage_output_path, only: describe_refusal
   use swage_path, only: describe_unreadable, is_folder
@@ -110,6 +110,7 @@ contains
     integer(hid_t) :: file
     logical :: broken
     integer :: code
+    type(reserve_t) :: reserve
 
     path = restart_path(prefix)
     partial = path//'.partial'
@@ -118,17 +119,18 @@ contains
 
     broken = .false.
     call hdf5_start(broken)
-    call hdf5_create_headed_file(partial, comm, HEADER_LENGTH, file, broken)
-    if (broken) then
-      call status%raise(STATUS_ERROR, 'restart_file_write', 'cannot create '//partial//': '// &
-                        describe_refusal(partial), EXIT_FILE)
-    end if
-    call comm%agree(status)
+    if (comm%rank == 0) call hdf5_create_file(partial, HEADER_LENGTH, broken)
+    call settle_creation()
+    if (status%failed()) return
+    call hdf5_open_new_file(partial, comm, .false., file, broken)
+    call settle_creation()
     if (status%failed()) return
 
-    call write_content(file, comm, snapshot, broken)
+    call reserve%take(partial, room_of(snapshot, comm), comm, status)
+    if (.not. status%failed()) call write_content(file, comm, snapshot, broken)
     call h5fclose_f(file, code)
     call note_code(code, broken)
+    call reserve%give_back(partial)
     call settle(partial, comm, broken, status)
     if (.not. status%failed()) call seal(partial, comm, remark, status)
     if (comm%rank == 0) then
@@ -139,6 +141,16 @@ contains
       end if
     end if
     call comm%agree(status)
+
+  contains
+
+    subroutine settle_creation()
+      if (broken) then
+        call status%raise(STATUS_ERROR, 'restart_file_write', 'cannot create '//partial//': '// &
+                          describe_refusal(partial), EXIT_FILE)
+      end if
+      call comm%agree(status)
+    end subroutine settle_creation
 
   end subroutine restart_file_write
 

@@ -12,11 +12,11 @@ module swage_vtkhdf
                   H5T_IEEE_F32LE, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_NATIVE_REAL, &
                   H5T_STD_I32LE, H5T_STD_I64LE, H5T_STD_U8LE
   use swage_comm, only: comm_t
-  use swage_disk_room, only: check_room
+  use swage_disk_room, only: check_room, reserve_t
   use swage_finite, only: is_finite
   use swage_hdf5, only: hdf5_claim_tail, hdf5_create_file, hdf5_create_table, hdf5_flush, &
-                        hdf5_start, hdf5_write_integers, hdf5_write_rows, hdf5_write_text, &
-                        note_code, LIST
+                        hdf5_open_new_file, hdf5_start, hdf5_write_integers, hdf5_write_rows, &
+                        hdf5_write_text, note_code, LIST
   use swage_hdf5_arrays, only: hdf5_array_shape, hdf5_open_file, hdf5_read_integers, hdf5_read_list
   use swage_kinds, only: gp, wp
   use swage_mandel, only: SQRT2
@@ -80,6 +80,7 @@ module swage_vtkhdf
     !> True when the tables of the mesh exist.
     logical :: has_mesh = .false.
     integer(hid_t) :: file = -1_hid_t
+    type(reserve_t) :: reserve
     integer(hid_t) :: root = -1_hid_t
     integer(hid_t) :: steps = -1_hid_t
     !> Groups of the fields on points and cells, and of their first rows in each step.
@@ -169,18 +170,28 @@ contains
 
     broken = .false.
     call hdf5_start(broken)
-    call hdf5_create_file(self%path, comm, self%file, broken)
-    if (broken) then
-      call status%raise(STATUS_ERROR, 'vtkhdf_open', 'cannot create '//self%path//': '// &
-                        describe_refusal(self%path), EXIT_FILE)
-    end if
-    call comm%agree(status)
+    if (comm%rank == 0) call hdf5_create_file(self%path, 0, broken)
+    call settle_creation()
+    if (status%failed()) return
+    call hdf5_open_new_file(self%path, comm, .true., self%file, broken)
+    call settle_creation()
+    if (.not. status%failed()) call self%reserve%take(self%path, room_of(0_gp), comm, status)
     if (status%failed()) then
       call self%close()
       return
     end if
 
     call self%create_tables(status)
+
+  contains
+
+    subroutine settle_creation()
+      if (broken) then
+        call status%raise(STATUS_ERROR, 'vtkhdf_open', 'cannot create '//self%path//': '// &
+                          describe_refusal(self%path), EXIT_FILE)
+      end if
+      call comm%agree(status)
+    end subroutine settle_creation
 
   end subroutine vtkhdf_open
 
@@ -343,7 +354,7 @@ contains
 
     broken = .false.
     call hdf5_write_integers(self%steps, 'NSteps', [self%n_step], .false., broken)
-    call hdf5_flush(self%file, self%path, 0_gp, self%comm, broken)
+    call hdf5_flush(self%file, broken)
     call settle(self, 'vtkhdf_rewind', broken, status)
 
   end subroutine vtkhdf_rewind
@@ -488,7 +499,7 @@ contains
     do i = 1, size(self%n_local)
       call self%comm%locate(self%n_local(i), self%n_before(i), self%n_total(i))
     end do
-    call check_room(self%path, self%room_of_step(), self%comm, status)
+    call self%reserve%take(self%path, self%room_of_step(), self%comm, status)
     if (status%failed()) return
     call self%write_mesh(points, connectivity, offsets, types, status)
 
@@ -788,8 +799,9 @@ contains
     logical :: broken
     integer :: code, n
 
-    call check_room(self%path, room_of(self%n_total(support) * n_component * DOUBLE_BYTES), &
-                    self%comm, status)
+    call self%reserve%take(self%path, &
+                           room_of(self%n_total(support) * n_component * DOUBLE_BYTES), &
+                           self%comm, status)
     if (status%failed()) return
 
     broken = .false.
@@ -847,11 +859,12 @@ contains
 
     broken = .false.
     call self%write_of_step(broken)
-    call hdf5_flush(self%file, self%path, self%room_of_step(), self%comm, broken)
+    call hdf5_flush(self%file, broken)
     if (self%is_temporal) then
       call hdf5_write_integers(self%steps, 'NSteps', [self%n_step + 1_gp], .false., broken)
-      call hdf5_flush(self%file, self%path, 0_gp, self%comm, broken)
+      call hdf5_flush(self%file, broken)
     end if
+    call self%reserve%give_back(self%path)
     call settle(self, 'vtkhdf_end_step', broken, status)
     if (status%failed()) return
 
@@ -939,7 +952,10 @@ contains
     end do
     call close_group(self%steps)
     call close_group(self%root)
-    if (self%file >= 0_hid_t) call h5fclose_f(self%file, code)
+    if (self%file >= 0_hid_t) then
+      call h5fclose_f(self%file, code)
+      call self%reserve%give_back(self%path)
+    end if
     self%file = -1_hid_t
     self%is_in_step = .false.
     self%has_mesh = .false.
@@ -991,7 +1007,7 @@ contains
     integer(gp), intent(in) :: n_byte
     integer(gp) :: n_needed
 
-    integer(gp), parameter :: SPARE = 1048576_gp
+    integer(gp), parameter :: SPARE = 262144_gp
 
     n_needed = 2_gp * n_byte + SPARE
 

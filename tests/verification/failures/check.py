@@ -84,6 +84,29 @@ def disk_full(context, ranks):
     return faults
 
 
+def disk_full_meanwhile(context, ranks):
+    """Disk full while a result is being written."""
+    name = f'meanwhile_{ranks}'
+    faults = []
+    generator = random.Random(5)
+    for _ in range(4 if ranks == 1 else 8):
+        write_case(context, name, text(FINE, restart='interval = 0'))
+        process = Process(context, name, ranks=ranks)
+        process.wait_for_row(2)
+        path = context.folder / f'{name}.vtkhdf'
+        size = path.stat().st_size
+        while process.process.poll() is None and path.stat().st_size == size:
+            time.sleep(0.0002)
+        time.sleep(generator.uniform(0, 0.01))
+        process.limit(resource.RLIMIT_FSIZE, path.stat().st_size)
+        code, output = process.finish()
+        faults += judge(code, 6, output, [f'no room for {name}.vtkhdf'])
+        # The result in hand is finished, in the room that it was given
+        if len(swage_process.fields(path)) < 3:
+            faults.append('results are missing')
+    return faults
+
+
 def disk_full_for_restart(context, ranks):
     """Disk full for the restart file alone: the run goes on."""
     name = f'room_{ranks}'
@@ -266,8 +289,8 @@ def results_missing(context, ranks):
     return faults
 
 
-FAILURES = (disk_full, disk_full_for_restart, memory_short, no_convergence, restart_file_damaged,
-            restart_files_damaged, restart_of_another_mesh, mesh_damaged, signals_while_writing,
+FAILURES = (disk_full, disk_full_meanwhile, disk_full_for_restart, memory_short, no_convergence,
+            restart_file_damaged, restart_files_damaged, restart_of_another_mesh, mesh_damaged, signals_while_writing,
             folder_not_writable, results_missing)
 
 
