@@ -510,14 +510,15 @@ contains
     type(row_map_t), intent(out) :: map
     type(status_t), intent(inout) :: status
 
-    integer(gp), allocatable :: slab(:, :)
+    integer(gp), allocatable :: numbers(:), slab(:, :)
     logical :: broken
 
     broken = .false.
     call read_slab_of_longs(file, NUMBERS//'/'//name, comm, slab, broken)
     call settle_reading(path, comm, broken, status)
     if (status%failed()) return
-    call row_map_create(comm, slab(1, :), wanted, map)
+    allocate (numbers, source=slab(1, :))
+    call row_map_create(comm, numbers, wanted, map)
     if (map%missing /= 0_gp) then
       call status%raise(STATUS_ERROR, 'restart_file_read', path//' belongs to another mesh: it '// &
                         'has no '//what//' '//long_text(map%missing), EXIT_INPUT)
