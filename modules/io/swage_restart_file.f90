@@ -510,15 +510,15 @@ contains
     type(row_map_t), intent(out) :: map
     type(status_t), intent(inout) :: status
 
-    integer(gp), allocatable :: numbers(:), slab(:, :)
+    integer(gp), allocatable :: number_of_row(:), slab(:, :)
     logical :: broken
 
     broken = .false.
     call read_slab_of_longs(file, NUMBERS//'/'//name, comm, slab, broken)
     call settle_reading(path, comm, broken, status)
     if (status%failed()) return
-    allocate (numbers, source=slab(1, :))
-    call row_map_create(comm, numbers, wanted, map)
+    allocate (number_of_row, source=slab(1, :))
+    call row_map_create(comm, number_of_row, wanted, map)
     if (map%missing /= 0_gp) then
       call status%raise(STATUS_ERROR, 'restart_file_read', path//' belongs to another mesh: it '// &
                         'has no '//what//' '//long_text(map%missing), EXIT_INPUT)
