@@ -6,6 +6,7 @@ module swage_block_matrix
   use swage_halo, only: halo_t
   use swage_kinds, only: gp, wp
   use swage_point_batch, only: LANES
+  use swage_relation, only: relation_from_pairs, relation_t
   use swage_unknowns, only: unknowns_t
   implicit none(type, external)
   private
@@ -40,11 +41,10 @@ module swage_block_matrix
     real(wp), allocatable :: extra(:, :, :)
     !> Place of each block in the list, 0 if it has no such part; shape (n_block).
     integer, allocatable :: extra_of_block(:)
-    !> Blocks to which a cell is the first to contribute, as bits, in the order that
-    !> [[block_matrix_t:expect]] was told; shape (n_cell). And blocks of no cell.
-    integer, allocatable, private :: first_of_cell(:)
-    integer(gp), allocatable, private :: block_without_cell(:)
-    !> Whether what is first replaces what is there.
+    !> Rows to which a cell is the first to contribute, in the order that
+    !> [[block_matrix_t:expect]] was told, by cell; behind the cells those of no cell.
+    type(relation_t), private :: new_rows
+    !> Whether cells clear the rows that are new with them.
     logical, private :: renewing = .false.
   contains
     !> Set all values to zero.
@@ -163,36 +163,44 @@ contains
     !> All of them, each once.
     integer, intent(in) :: cells(:)
 
-    logical, allocatable :: met(:)
-    integer :: a, b, i, v
-    integer(gp) :: block
+    integer, allocatable :: first_cell(:)
+    integer :: a, i, row
 
-    v = size(self%cell_block, 1)
-    allocate (met(self%n_block), source=.false.)
-    allocate (self%first_of_cell(size(cells)), source=0)
-    do i = 1, size(cells)
-      do b = 1, v
-        do a = 1, v
-          block = self%cell_block(a, b, cells(i))
-          if (.not. met(block)) then
-            self%first_of_cell(cells(i)) = ibset(self%first_of_cell(cells(i)), v * (b - 1) + a - 1)
-          end if
-          met(block) = .true.
-        end do
+    allocate (first_cell(self%n_node), source=size(cells) + 1)
+    ! Backwards: the first remains
+    do i = size(cells), 1, -1
+      do a = 1, size(self%cell_block, 1)
+        first_cell(self%column(self%cell_block(a, a, cells(i)))) = cells(i)
       end do
     end do
-    allocate (self%block_without_cell, source=pack([(block, block=1_gp, self%n_block)], .not. met))
+    call relation_from_pairs(size(cells) + 1, self%n_node, first_cell, &
+                             [(row, row=1, self%n_node)], self%new_rows)
 
   end subroutine block_matrix_expect
 
   pure subroutine block_matrix_renew(self)
     class(block_matrix_t), intent(inout) :: self
 
-    self%values(:, :, self%block_without_cell) = 0.0_wp
     self%renewing = .true.
+    call clear_new_rows(self, size(self%cell_block, 3) + 1)
     call forget_extra(self)
 
   end subroutine block_matrix_renew
+
+  !> Set the rows to zero that are new with a cell.
+  pure subroutine clear_new_rows(matrix, cell)
+    type(block_matrix_t), intent(inout) :: matrix
+    integer, intent(in) :: cell
+
+    integer :: i
+
+    do i = matrix%new_rows%first(cell), matrix%new_rows%first(cell + 1) - 1
+      associate (row => matrix%new_rows%item(i))
+        matrix%values(:, :, matrix%row_start(row):matrix%row_start(row + 1) - 1_gp) = 0.0_wp
+      end associate
+    end do
+
+  end subroutine clear_new_rows
 
   pure subroutine block_matrix_add_cells(self, cells, cell_matrices)
     class(block_matrix_t), intent(inout) :: self
@@ -201,53 +209,62 @@ contains
     !> By cell, row and column; the leading n_vertex * n_slot rows and columns count.
     real(wp), intent(in) :: cell_matrices(LANES, 16, 16)
 
-    integer :: first(size(cells))
+    integer :: i
 
-    first = 0
-    if (self%renewing) first = self%first_of_cell(cells)
+    if (self%renewing) then
+      do i = 1, size(cells)
+        call clear_new_rows(self, cells(i))
+      end do
+    end if
     if (self%n_slot == 4) then
       call add_blocks_of_4(size(self%cell_block, 3), self%n_block, size(cells), self%cell_block, &
-                           cells, first, cell_matrices, self%values)
+                           cells, cell_matrices, self%values)
     else
       call add_blocks_of_3(size(self%cell_block, 3), self%n_block, size(cells), self%cell_block, &
-                           cells, first, cell_matrices, self%values)
+                           cells, cell_matrices, self%values)
     end if
 
   end subroutine block_matrix_add_cells
 
-  !> Cells of four nodes; sizes are fixed, so that the loops over a block unroll.
-  pure subroutine add_blocks_of_4(n_cell, n_block, n, cell_block, cells, first, cell_matrices, &
-                                  values)
+  !> Cells of four nodes; sizes are fixed, so that columns of blocks are added as vectors.
+  pure subroutine add_blocks_of_4(n_cell, n_block, n, cell_block, cells, cell_matrices, values)
     integer, intent(in) :: n_cell
     integer(gp), intent(in) :: n_block
     integer, intent(in) :: n
     integer(gp), intent(in) :: cell_block(4, 4, n_cell)
     integer, intent(in) :: cells(n)
-    !> Bits of the blocks that are replaced.
-    integer, intent(in) :: first(n)
     real(wp), intent(in) :: cell_matrices(LANES, 4, 4, 4, 4)
     real(wp), intent(inout) :: values(4, 4, n_block)
 
+    !> The matrices with the columns of their blocks in one piece.
+    real(wp) :: blocks(4, LANES, 4, 4, 4)
     integer :: a, b, c, d, i
     integer(gp) :: k
 
+    ! The directives keep gfortran from unrolling loops before it finds that they are vectors
+    do b = 1, 4
+      do a = 1, 4
+        do d = 1, 4
+          !GCC$ unroll 1
+          do i = 1, LANES
+            blocks(1, i, d, a, b) = cell_matrices(i, 1, a, d, b)
+            blocks(2, i, d, a, b) = cell_matrices(i, 2, a, d, b)
+            blocks(3, i, d, a, b) = cell_matrices(i, 3, a, d, b)
+            blocks(4, i, d, a, b) = cell_matrices(i, 4, a, d, b)
+          end do
+        end do
+      end do
+    end do
     do i = 1, n
       do b = 1, 4
         do a = 1, 4
           k = cell_block(a, b, cells(i))
-          if (btest(first(i), 4 * b + a - 5)) then
-            do d = 1, 4
-              do c = 1, 4
-                values(c, d, k) = cell_matrices(i, c, a, d, b)
-              end do
+          do d = 1, 4
+            !GCC$ unroll 1
+            do c = 1, 4
+              values(c, d, k) = values(c, d, k) + blocks(c, i, d, a, b)
             end do
-          else
-            do d = 1, 4
-              do c = 1, 4
-                values(c, d, k) = values(c, d, k) + cell_matrices(i, c, a, d, b)
-              end do
-            end do
-          end if
+          end do
         end do
       end do
     end do
@@ -255,14 +272,12 @@ contains
   end subroutine add_blocks_of_4
 
   !> The same for cells of three nodes; their rows and columns end before those of the array.
-  pure subroutine add_blocks_of_3(n_cell, n_block, n, cell_block, cells, first, cell_matrices, &
-                                  values)
+  pure subroutine add_blocks_of_3(n_cell, n_block, n, cell_block, cells, cell_matrices, values)
     integer, intent(in) :: n_cell
     integer(gp), intent(in) :: n_block
     integer, intent(in) :: n
     integer(gp), intent(in) :: cell_block(3, 3, n_cell)
     integer, intent(in) :: cells(n)
-    integer, intent(in) :: first(n)
     real(wp), intent(in) :: cell_matrices(LANES, 16, 16)
     real(wp), intent(inout) :: values(3, 3, n_block)
 
@@ -273,7 +288,6 @@ contains
       do b = 1, 3
         do a = 1, 3
           k = cell_block(a, b, cells(i))
-          if (btest(first(i), 3 * b + a - 4)) values(:, :, k) = 0.0_wp
           do d = 1, 3
             do c = 1, 3
               values(c, d, k) = values(c, d, k) + cell_matrices(i, 3 * a - 3 + c, 3 * b - 3 + d)
