@@ -14,11 +14,13 @@ example of the user's guide: both tools carry the force, in every increment, and
 way by it.
 
 Torsion: a bar between two plates that it sticks to, one of which is turned by a torque, then by the
-angle that came out: the same torque.
+angle that came out: the same torque. A torsion spring as stiff as the bar, turned by that angle,
+leaves half of the torque, to the square of the angle of 1.4e-3.
 
 Roll: a strip that is pulled past a free roll, pressed by a force, turns it: no torque remains, and
 the surface of the roll keeps up with the strip but for the creep of regularised friction, far below
-1 % of the way. On 2 and 3 ranks it goes the same way, to 1e-8 at a Newton tolerance of 1e-8, and a
+1 % of the way. A plate in place of the roll, free to move along the strip, rides on it without any
+friction. On 2 and 3 ranks it goes the same way, to 1e-8 at a Newton tolerance of 1e-8, and a
 run that was saved in the middle and goes on ends in the same bits: the coordinates of tools and
 their rates are in the restart file.
 
@@ -101,17 +103,26 @@ STRIP = """
 &material name = 'stiff' law = 'elastic' young = 200000 poisson = 0.3 /
 &boundary name = 'pull' kind = 'displacement' group = 'BOTTOM' displacement = 2, 0
   time = 0.1, 0.3 factor = 0, 1 /
-&tool name = 'roll' shape = 'cylinder' axis_point = 0, 25, 0 radius = 20
-  controls = 'press', 'bearing' /
 &control name = 'press' kind = 'force' direction = 0, -1, 0 time = 0, 0.1 force = 0, 500 /
-&control name = 'bearing' kind = 'free_rotation' axis_point = 0, 25, 0 /
+{tool}
 &friction name = 'dry' kind = 'coulomb' coefficient = 0.3 regularisation_velocity = 0.1 /
-&contact name = 'top' slave = 'TOP' master = 'roll' friction = 'dry' /
+&contact name = 'top' slave = 'TOP' master = 'tool' friction = 'dry' /
 &step duration = 0.1 increments = 5 /
 &step duration = 0.2 increments = 40 /
 &solver tolerance = 1e-8 pressure_tolerance = 1e-8 /
 &output double_precision = .true. every = 15 /
 {restart}
+"""
+
+ROLL = """
+&tool name = 'tool' shape = 'cylinder' axis_point = 0, 25, 0 radius = 20
+  controls = 'press', 'bearing' /
+&control name = 'bearing' kind = 'free_rotation' axis_point = 0, 25, 0 /
+"""
+
+PLATE = """
+&tool name = 'tool' shape = 'plane' point = 0, 5, 0 normal = 0, -1, 0 controls = 'press', 'slide' /
+&control name = 'slide' kind = 'free' direction = 1, 0, 0 /
 """
 
 
@@ -222,25 +233,37 @@ def torsion(context):
                                name='angle').history
     yield context.row('torsion: the same angle needs the same torque',
                       -driven['torque_head_z'][-1], 10000, 1e-7)
+    held = follow + (" &control name = 'turn' kind = 'torsion_spring' "
+                     f"stiffness = {10000 / angle!r} /")
+    shared = context.run_swage(BAR.format(drive="motion = 'follow' controls = 'turn'", moved=held),
+                               name='torsion_spring').history
+    yield context.row('torsion spring as stiff as the bar: torque [N mm]',
+                      -shared['torque_head_z'][-1], 5000, 1e-5)
 
 
 def roll(context):
     swage_mesh_writer.write_rectangle(context.folder / 'strip.msh', 40, 5,
                                       lambda x, y: (20 * x - 12, 5 * y))
-    history = context.run_swage(STRIP.format(restart=''), name='roll').history
-    torque = max(abs(value) for value in history['torque_roll_z'])
-    pressed = 20 * 0.3 * abs(history['force_roll_y'][-1])
+    history = context.run_swage(STRIP.format(tool=ROLL, restart=''), name='roll').history
+    torque = max(abs(value) for value in history['torque_tool_z'])
+    pressed = 20 * 0.3 * abs(history['force_tool_y'][-1])
     yield context.row('roll: torque by that of full friction', torque / pressed, 0, 1e-5)
     yield context.row('roll: way of its surface by that of the strip [mm]',
-                      20 * history['angle_roll'][-1], 2.0, 1e-2)
+                      20 * history['angle_tool'][-1], 2.0, 1e-2)
+
+    rider = context.run_swage(STRIP.format(tool=PLATE, restart=''), name='plate').history
+    rub = max(abs(value) for value in rider['force_tool_x']) / (0.3 * 500)
+    yield context.row('plate: friction by that of sliding', rub, 0, 1e-5)
+    yield context.row('plate: way by that of the strip [mm]', rider['position_tool_x'][-1], 2.0,
+                      1e-5)
 
     for ranks in (2, 3):
-        other = context.run_swage(STRIP.format(restart=''), ranks=ranks, name=f'roll_{ranks}')
-        columns = ('force_roll_x', 'force_roll_y', 'position_roll_y', 'angle_roll')
+        other = context.run_swage(STRIP.format(tool=ROLL, restart=''), ranks=ranks, name=f'roll_{ranks}')
+        columns = ('force_tool_x', 'force_tool_y', 'position_tool_y', 'angle_tool')
         worst = max(abs(a - b) / max(abs(b) for b in history[name]) for name in columns
                     for a, b in zip(other.history[name], history[name]))
         yield context.zero(f'roll: force, place and angle on {ranks} ranks', worst, 1e-8)
-    write_case(context, 'part', STRIP.format(restart='&restart every = 29 /'))
+    write_case(context, 'part', STRIP.format(tool=ROLL, restart='&restart every = 29 /'))
     for options in ([], ['--restart']):
         code, output = run_case(context, 'part', options)
         if code != 0:
