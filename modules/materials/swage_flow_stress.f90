@@ -43,6 +43,9 @@ module swage_flow_stress
     !> Rate up to which the flow stress does not depend on it, 0 in a law that never does
     !> [1/time]: a search for the increment starts there.
     real(wp) :: starting_rate = 0.0_wp
+    !> Strain [1] and rate [1/time] up to which the law is known; beyond it stays constant.
+    real(wp) :: largest_strain = huge(1.0_wp)
+    real(wp) :: largest_rate = huge(1.0_wp)
     !> Temperatures for which the law is known [temperature], kelvin.
     real(wp) :: lowest_temperature = 0.0_wp
     real(wp) :: highest_temperature = huge(1.0_wp)

@@ -69,6 +69,9 @@ contains
     allocate (flow_stress%log_rate, source=log(rate))
     allocate (flow_stress%temperature, source=temperature)
     allocate (flow_stress%stress, source=stress)
+    ! A single value is meant for all
+    if (size(strain) > 1) flow_stress%largest_strain = strain(size(strain))
+    if (size(rate) > 1) flow_stress%largest_rate = rate(size(rate))
     flow_stress%lowest_temperature = temperature(1)
     flow_stress%highest_temperature = temperature(size(temperature))
     flow_stress%reference_temperature = 0.5_wp * (temperature(1) + temperature(size(temperature)))

@@ -39,6 +39,10 @@ module swage_material_law
     !> Equivalent stress at which a virgin point flows, a scale [stress]: that of a law that depends
     !> on the rate is taken at its `reference_rate`; 0 for a law that never flows.
     real(wp) :: initial_flow_stress = 0.0_wp
+    !> Equivalent plastic strain [1] and its rate [1/time] up to which the law is known, of those in
+    !> `PLASTIC_STATE`; beyond it stays constant.
+    real(wp) :: largest_strain = huge(1.0_wp)
+    real(wp) :: largest_rate = huge(1.0_wp)
     !> Temperatures for which the law is known [temperature], kelvin.
     real(wp) :: lowest_temperature = 0.0_wp
     real(wp) :: highest_temperature = huge(1.0_wp)

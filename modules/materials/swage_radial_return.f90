@@ -122,6 +122,8 @@ contains
     if (present(kinematic)) law%kinematic = kinematic
     law%stiffness = 3.0_wp * law%shear_modulus + law%kinematic%modulus
     call elasticity%describe(law)
+    law%largest_strain = threshold%largest_strain
+    law%largest_rate = threshold%largest_rate
     law%lowest_temperature = threshold%lowest_temperature
     law%highest_temperature = threshold%highest_temperature
     call threshold%evaluate(0.0_wp, threshold%reference_temperature, law%initial_flow_stress, &

@@ -37,6 +37,8 @@ contains
     allocate (flow_stress%stress(size(stress)))
     flow_stress%strain = strain
     flow_stress%stress = stress
+    ! A single point is meant for all strains
+    if (size(strain) > 1) flow_stress%largest_strain = strain(size(strain))
 
   end subroutine table_flow_stress_create
 
@@ -72,6 +74,7 @@ contains
 
     made%strain = strain
     made%stress = stress
+    if (size(strain) > 1) made%largest_strain = strain(size(strain))
     allocate (flow_stress, source=made)
 
   end subroutine table_flow_stress_from_group

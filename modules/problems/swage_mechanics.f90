@@ -73,6 +73,8 @@ module swage_mechanics
   type :: material_entry_t
     character(len=:), allocatable :: name
     class(material_law_t), allocatable :: law
+    !> True once a warning has said that strain or rate are beyond what the law knows.
+    logical :: told_strain = .false., told_rate = .false.
   end type material_entry_t
 
   !> A body: the cells of a group, made of a material.
@@ -260,6 +262,9 @@ module swage_mechanics
     procedure :: save => mechanics_save
     !> Collective. Take it back; the problem has been created from the same input.
     procedure :: load => mechanics_load
+    !> Collective. The next warning about strains and rates of the last accepted step that are
+    !> beyond what the laws know, each once for a material.
+    procedure :: find_extrapolation => mechanics_find_extrapolation
     !> Lines for the log since the last call.
     procedure :: take_report => mechanics_take_report
     !> Release the factors.
@@ -415,6 +420,13 @@ module swage_mechanics
       implicit none(type, external)
       class(mechanics_t), intent(inout) :: self
     end subroutine prepare_contacts
+
+    module subroutine mechanics_find_extrapolation(self, warning)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      !> Empty when there is no more.
+      character(len=:), allocatable, intent(out) :: warning
+    end subroutine mechanics_find_extrapolation
 
     !> Collective. Forces of the step, and the works since the last one.
     module subroutine collect_work(self)

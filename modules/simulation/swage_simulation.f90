@@ -519,6 +519,7 @@ contains
     type(newton_report_t), intent(in) :: report
     type(status_t), intent(inout) :: status
 
+    character(len=:), allocatable :: warning
     integer :: most_iterations
     real(wp) :: dt
 
@@ -541,6 +542,11 @@ contains
     if (status%failed()) return
     call self%log%show_progress(self%tally%n_increment, time, dt, report%n_iteration)
     call self%write_report()
+    do
+      call self%mechanics%find_extrapolation(warning)
+      if (warning == '') exit
+      call self%log%warn(warning)
+    end do
 
   end subroutine simulation_accept
 
