@@ -417,13 +417,17 @@ contains
       do j = 1, self%n_dim
         call apply_tangent(points%tangent_secant, points%tangent_factor, &
                            points%tangent_direction, strain(:, :, j, b), stress(:, :, j, b))
-        mean = self%grad_div_modulus * self%gradient_new(:, j, b)
-        call complete_stress(self%volume_new, mean, stress(:, :, j, b))
       end do
     end do
     if (points%has_back_stress .and. .not. self%fixed_geometry) then
       call add_turning_back_stress(self, points, stress)
     end if
+    do b = 2, self%n_vertex
+      do j = 1, self%n_dim
+        mean = self%grad_div_modulus * self%gradient_new(:, j, b)
+        call complete_stress(self%volume_new, mean, stress(:, :, j, b))
+      end do
+    end do
     mean = self%grad_div_modulus * self%hoop_new
     if (self%kind == AXISYMMETRIC) call complete_stress(self%volume_new, mean, hoop_stress)
 
@@ -445,30 +449,22 @@ contains
 
   end subroutine set_tangent
 
-  !> Add to the stress by displacements what the deviator gains as its back stress turns.
+  !> Add to the deviator by displacements what it gains as its back stress turns.
   pure subroutine add_turning_back_stress(self, points, stress)
     type(mini_batch_t), intent(in) :: self
     type(point_batch_t), intent(in) :: points
-    !> Components times volume, by displacement j of vertex b in column (j, b), b > 1.
+    !> Mandel, by displacement j of vertex b in column (j, b), b > 1.
     real(wp), intent(inout) :: stress(LANES, 6, 3, 4)
 
-    real(wp) :: axes(LANES, 3, 3), gain(LANES, 6, 3, 4), half_rate(LANES, 3, 3), none(LANES), &
-      of_spin(LANES, 6, 3), rate(LANES, 3, 3)
-    integer :: b, j
+    real(wp) :: axes(LANES, 3, 3), half_rate(LANES, 3, 3), of_spin(LANES, 6, 3), rate(LANES, 3, 3)
 
-    gain = 0.0_wp
-    none = 0.0_wp
+    ! What add_spin runs over without looking
+    stress(:, :, :, self%n_vertex + 1:) = 0.0_wp
     of_spin = 0.0_wp
     call find_axes(.true., self%displacement_gradient, axes)
     call find_spin_rates(self%axial, half_rate, rate)
     call add_turning(points%back_stress, rate, of_spin)
-    call add_spin(self%n_dim, axes, self%gradient_mid, of_spin, gain)
-    do b = 2, self%n_vertex
-      do j = 1, self%n_dim
-        call complete_stress(self%volume_new, none, gain(:, :, j, b))
-        stress(:, :, j, b) = stress(:, :, j, b) + gain(:, :, j, b)
-      end do
-    end do
+    call add_spin(self%n_dim, axes, self%gradient_mid, of_spin, stress)
 
   end subroutine add_turning_back_stress
 
