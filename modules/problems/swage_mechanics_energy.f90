@@ -131,15 +131,16 @@ contains
     real(wp), intent(in) :: compliance
     type(energy_balance_t), intent(inout) :: step
 
-    real(wp) :: bubble_force(3), excess(2), mean(6), mean_volume, plastic(6), pressure, strain(6), &
-      stress(6, 2), volume(2), volume_change
+    real(wp) :: back(3, 3), bubble_force(3), excess(2), mean(6), mean_volume, plastic(6), &
+      pressure, strain(6), stress(6, 2), volume(2), volume_change
     integer :: a, v
 
     associate (element => self%element, points => self%points)
       v = element%n_vertex
       strain = points%strain_increment(i, :)
       volume = [element%volume_old(i), element%volume_new(i)]
-      stress(:, 1) = deviator(points%stress_old(i, :))
+      stress(:, 1) = points%stress_old(i, :)
+      stress(:, 1) = deviator(stress(:, 1))
       stress(:, 2) = self%deviator_new(:, cell)
 
       plastic = deviator(strain) - compliance * (stress(:, 2) - stress(:, 1))
@@ -183,7 +184,8 @@ contains
         ! is of second order and counts where the stress is not the same at both ends
         step%plastic = step%plastic &
           - 0.5_wp * dot_product(element%linear_strain(i, :), matmul(stress, volume))
-        stress(:, 1) = rotated(stress(:, 1), transpose(points%rotation_increment(i, :, :)))
+        back = transpose(points%rotation_increment(i, :, :))
+        stress(:, 1) = rotated(stress(:, 1), back)
         step%plastic = step%plastic + 0.5_wp &
           * (volume(1) * rate_of_work(stress(:, 1), element%displacement(i, :, :v), &
                                       element%gradient_old(i, :, :v), element%hoop_old(i)) &
