@@ -72,6 +72,8 @@ module swage_group
     procedure :: set_name => group_set_name
     !> Start of a message about a key: `case.nml:13: &material 'steel': young_modulus = -5`.
     procedure :: describe => group_describe
+    !> The first key whose value is a text, empty when there is none.
+    procedure :: key_of => group_key_of
     procedure, private :: take_real
     procedure, private :: take_reals
     procedure, private :: take_real_list
@@ -524,6 +526,24 @@ contains
     end associate
 
   end function group_describe
+
+  pure function group_key_of(self, text) result(key)
+    class(group_t), intent(in) :: self
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: key
+
+    integer :: i
+
+    key = ''
+    do i = 1, size(self%entries)
+      if (size(self%entries(i)%items) /= 1) cycle
+      if (.not. self%entries(i)%items(1)%quoted) cycle
+      if (self%entries(i)%items(1)%text /= text) cycle
+      key = self%entries(i)%key
+      return
+    end do
+
+  end function group_key_of
 
   !> The work of the three procedures that take reals.
   pure subroutine group_read_reals(self, key, values, type, n_value, dimension, meaning, above, &

@@ -35,6 +35,8 @@ module swage_deck
     procedure :: check_kinds => deck_check_kinds
     !> A path given in the file, as seen from where the program runs.
     procedure :: resolve => deck_resolve
+    !> Start of a message about the first key that gives a path; empty when none does.
+    procedure :: describe_path => deck_describe_path
     procedure, private :: list_names => deck_list_names
     procedure, private :: place => deck_place
   end type deck_t
@@ -221,6 +223,35 @@ contains
     if (index(path, '/') /= 1) resolved = self%folder//path
 
   end function deck_resolve
+
+  pure function deck_describe_path(self, path) result(description)
+    class(deck_t), intent(in) :: self
+    !> As seen from where the program runs, as `resolve` gives it or without `./`.
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: description
+
+    character(len=:), allocatable :: key, short
+    integer :: i
+
+    description = ''
+    ! As the file may write it: from its folder on, or from the root
+    if (index(path, self%folder) == 1) then
+      short = path(len(self%folder) + 1:)
+    else if (self%folder == './' .or. index(path, '/') == 1) then
+      short = path
+    else
+      return
+    end if
+    do i = 1, size(self%groups)
+      key = self%groups(i)%key_of(short)
+      if (key == '') key = self%groups(i)%key_of('./'//short)
+      if (key == '' .and. index(path, '/') == 1) key = self%groups(i)%key_of(path)
+      if (key == '') cycle
+      description = self%groups(i)%describe(key)
+      return
+    end do
+
+  end function deck_describe_path
 
   !> The names of all groups of a kind.
   pure subroutine deck_list_names(self, kind, names)

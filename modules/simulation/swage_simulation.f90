@@ -242,6 +242,8 @@ contains
         self%case%output%title = ''
       end if
     end if
+    call spare_inputs(self%deck, self%case%output%prefix, status)
+    if (status%failed()) return
 
     associate (job => self%case%job, solver => self%case%solver)
       call mesh_load(self%case%mesh%path, merge(3, 2, job%kind == THREE_DIMENSIONAL), &
@@ -484,6 +486,28 @@ contains
     if (.not. status%failed()) call self%save_or_stop(status)
 
   end subroutine simulation_advance_before
+
+  !> Refuse results that would overwrite a table of the input.
+  pure subroutine spare_inputs(deck, prefix, status)
+    type(deck_t), intent(in) :: deck
+    !> Of the results.
+    character(len=*), intent(in) :: prefix
+    type(status_t), intent(inout) :: status
+
+    character(len=*), parameter :: SUFFIXES(*) = [character(len=4) :: '.csv', '.sta', '.log']
+    character(len=:), allocatable :: description
+    integer :: i
+
+    do i = 1, size(SUFFIXES)
+      description = deck%describe_path(prefix//SUFFIXES(i))
+      if (description == '') cycle
+      call status%raise(STATUS_ERROR, 'spare_inputs', description//': results of this run would ' &
+                        //'overwrite it: rename the file, or give them another name by &output ' &
+                        //'prefix')
+      return
+    end do
+
+  end subroutine spare_inputs
 
   !> Solve one increment, without consequences.
   subroutine simulation_attempt(self, time_old, time_new, attempt, report, status)
