@@ -258,23 +258,22 @@ contains
     real(wp), intent(inout) :: cell_forces
     real(wp), intent(inout) :: strained_volume
 
-    real(wp) :: force, strain
-    integer :: a, i, j
+    real(wp) :: force(LANES), strain(LANES)
+    integer :: a, j
 
-    do i = 1, element%n_cell
-      force = 0.0_wp
-      do a = 1, element%n_vertex
-        do j = 1, element%n_dim
-          force = force + element%residual(i, j, a)**2
-        end do
+    force = 0.0_wp
+    do a = 1, element%n_vertex
+      do j = 1, element%n_dim
+        force = force + element%residual(:, j, a)**2
       end do
-      cell_forces = cell_forces + force
-      strain = 0.0_wp
-      do j = 1, 6
-        strain = strain + points%strain_increment(i, j)**2
-      end do
-      strained_volume = strained_volume + element%volume_new(i) * sqrt(strain)
     end do
+    strain = 0.0_wp
+    do j = 1, 6
+      strain = strain + points%strain_increment(:LANES, j)**2
+    end do
+    strain = element%volume_new * sqrt(strain)
+    cell_forces = cell_forces + sum(force(:element%n_cell))
+    strained_volume = strained_volume + sum(strain(:element%n_cell))
 
   end subroutine measure_batch
 

@@ -192,15 +192,26 @@ contains
     type(block_matrix_t), intent(inout) :: matrix
     integer, intent(in) :: cell
 
-    integer :: i
+    integer :: i, row
+    integer(gp) :: first
 
     do i = matrix%new_rows%first(cell), matrix%new_rows%first(cell + 1) - 1
-      associate (row => matrix%new_rows%item(i))
-        matrix%values(:, :, matrix%row_start(row):matrix%row_start(row + 1) - 1_gp) = 0.0_wp
-      end associate
+      row = matrix%new_rows%item(i)
+      first = matrix%row_start(row)
+      call clear_values(int(matrix%row_start(row + 1) - first) * matrix%n_slot**2, &
+                        matrix%values(:, :, first:matrix%row_start(row + 1) - 1_gp))
     end do
 
   end subroutine clear_new_rows
+
+  !> All at once, whatever their shape.
+  pure subroutine clear_values(n, values)
+    integer, intent(in) :: n
+    real(wp), intent(out) :: values(n)
+
+    values = 0.0_wp
+
+  end subroutine clear_values
 
   pure subroutine block_matrix_add_cells(self, cells, cell_matrices)
     class(block_matrix_t), intent(inout) :: self
