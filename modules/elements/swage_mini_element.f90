@@ -18,9 +18,9 @@
 !>
 !> Fixed geometry (small strain) is the same element without spin, turning and geometric terms.
 !>
-!> Cells are computed side by side, see [[swage_cell_geometry]]. Two identities save a third of the
-!> work: the vertex functions add up to one, so rows and columns of the first vertex are minus the
-!> sum of the others, but for the hoop strain of axial symmetry, which is alike for all vertices.
+!> Cells are computed side by side, see [[swage_cell_geometry]]. The vertex functions add up to one,
+!> which saves a quarter of the work: columns of the first vertex are minus the sum of the others,
+!> but for the hoop strain of axial symmetry, which is alike for all vertices.
 module swage_mini_element
   use swage_cell_geometry, only: AXISYMMETRIC, find_gradients, THREE_DIMENSIONAL
   use swage_cell_strain, only: add_spin, add_turning, find_axes, find_displacement_gradient, &
@@ -108,8 +108,9 @@ module swage_mini_element
 
     !> Internal forces, then the volume equation in row n_dim + 1, by cell, row and vertex.
     real(wp) :: residual(LANES, 4, 4) = 0.0_wp
-    !> Derivative of the residual by the unknowns, both vertex by vertex; (n_dim + 1)^2 of them.
-    real(wp) :: tangent(LANES, 16, 16) = 0.0_wp
+    !> Derivative of the residual by the unknowns, in blocks of n_dim + 1 rows and columns: by row
+    !> of the block, cell, column of the block, vertex of the row and vertex of the column.
+    real(wp) :: tangent(4, LANES, 4, 4, 4) = 0.0_wp
     !> Mean Cauchy stress, negative of the cell's pressure [stress].
     real(wp) :: mean_stress(LANES) = 0.0_wp
   contains
@@ -409,6 +410,8 @@ contains
     real(wp) :: strain(LANES, 6, 3, 4), stress(LANES, 6, 3, 4)
     !> The same by the hoop strain of a radial displacement; force on the bubble by displacements.
     real(wp) :: hoop_stress(LANES, 6), push(LANES, 3, 3, 4)
+    !> Volume equation of any vertex by the displacements.
+    real(wp) :: divergence(LANES, 3, 4)
     real(wp) :: mean(LANES), none(LANES), still(LANES, 3, 4)
     integer :: b, j
 
@@ -430,21 +433,27 @@ contains
     end do
     mean = self%grad_div_modulus * self%hoop_new
     if (self%kind == AXISYMMETRIC) call complete_stress(self%volume_new, mean, hoop_stress)
+    do b = 1, 4
+      do j = 1, 3
+        divergence(:, j, b) = -self%volume_new / self%n_vertex * self%gradient_new(:, j, b)
+      end do
+      divergence(:, 1, b) = divergence(:, 1, b) - self%volume_new / self%n_vertex * self%hoop_new
+    end do
 
     if (self%fixed_geometry) then
       still = 0.0_wp
       none = 0.0_wp
-      call set_stiffness(self%n_dim, self%gradient_new, stress, still, self%tangent)
+      call set_stiffness(self%n_dim, self%gradient_new, stress, still, divergence, self%tangent)
       if (self%kind == AXISYMMETRIC) then
         call add_hoop_stiffness(self, hoop_stress, stress, still, none)
       end if
     else
-      call set_stiffness(self%n_dim, self%gradient_new, stress, force, self%tangent)
+      call set_stiffness(self%n_dim, self%gradient_new, stress, force, divergence, self%tangent)
       if (self%kind == AXISYMMETRIC) then
         call add_hoop_stiffness(self, hoop_stress, stress, force, hoop_force)
       end if
     end if
-    call set_pressure_blocks(self, mass, relative_volume)
+    call set_pressure_blocks(self, divergence, mass, relative_volume)
     if (self%kind == AXISYMMETRIC) call add_bubble_coupling(self, points, push)
 
   end subroutine set_tangent
@@ -609,8 +618,8 @@ contains
 
   end subroutine complete_stress
 
-  !> Derivative of the internal forces by the displacements, without hoop strain and hoop stress.
-  pure subroutine set_stiffness(n_dim, g, stress, force, t)
+  !> Columns of the displacements, without hoop strain and hoop stress.
+  pure subroutine set_stiffness(n_dim, g, stress, force, divergence, t)
     integer, intent(in) :: n_dim
     !> Gradients of the vertex functions at the end of the step.
     real(wp), intent(in) :: g(LANES, 3, 4)
@@ -618,59 +627,66 @@ contains
     real(wp), intent(in) :: stress(LANES, 6, 3, 4)
     !> Internal forces, which follow the geometry; zero where that is fixed.
     real(wp), intent(in) :: force(LANES, 3, 4)
-    real(wp), intent(inout) :: t(LANES, 16, 16)
+    !> Volume equation by displacement j of vertex b in column (j, b).
+    real(wp), intent(in) :: divergence(LANES, 3, 4)
+    !> See [[mini_batch_t]].
+    real(wp), intent(inout) :: t(4, LANES, 4, 4, 4)
 
-    integer :: a, b, column, i, j, k, m, row
+    real(wp) :: rows(LANES, 4)
+    integer :: a, b, i, j, m
 
     m = n_dim + 1
     do b = 2, m
       do j = 1, n_dim
-        column = m * (b - 1) + j
-        do a = 2, m
-          row = m * (a - 1)
-          ! In 2D the third row is the one of the pressure, which is set later
+        do a = 1, m
           do i = 1, LANES
-            t(i, row + 1, column) = stress(i, 1, j, b) * g(i, 1, a) &
+            rows(i, 1) = stress(i, 1, j, b) * g(i, 1, a) &
               + stress(i, 6, j, b) * g(i, 2, a) + stress(i, 5, j, b) * g(i, 3, a) &
               + g(i, j, b) * force(i, 1, a) - g(i, j, a) * force(i, 1, b)
-            t(i, row + 2, column) = stress(i, 6, j, b) * g(i, 1, a) &
+            rows(i, 2) = stress(i, 6, j, b) * g(i, 1, a) &
               + stress(i, 2, j, b) * g(i, 2, a) + stress(i, 4, j, b) * g(i, 3, a) &
               + g(i, j, b) * force(i, 2, a) - g(i, j, a) * force(i, 2, b)
-            t(i, row + 3, column) = stress(i, 5, j, b) * g(i, 1, a) &
+            rows(i, 3) = stress(i, 5, j, b) * g(i, 1, a) &
               + stress(i, 4, j, b) * g(i, 2, a) + stress(i, 3, j, b) * g(i, 3, a) &
               + g(i, j, b) * force(i, 3, a) - g(i, j, a) * force(i, 3, b)
+            rows(i, 4) = divergence(i, j, b)
           end do
+          ! In 2D the third row is that of the pressure, which is set later, and there is no fourth
+          call set_column(rows, t(:, :, j, a, b))
         end do
       end do
     end do
 
     ! The first vertex: minus the sum of the others
-    do j = 1, n_dim
-      do a = 2, m
-        do k = 1, n_dim
-          row = m * (a - 1) + k
-          if (n_dim == 3) then
-            t(:, row, j) = -t(:, row, 4 + j) - t(:, row, 8 + j) - t(:, row, 12 + j)
-          else
-            t(:, row, j) = -t(:, row, 3 + j) - t(:, row, 6 + j)
-          end if
-        end do
-      end do
-    end do
-    do b = 1, m
+    do a = 1, m
       do j = 1, n_dim
-        column = m * (b - 1) + j
-        do k = 1, n_dim
-          if (n_dim == 3) then
-            t(:, k, column) = -t(:, 4 + k, column) - t(:, 8 + k, column) - t(:, 12 + k, column)
-          else
-            t(:, k, column) = -t(:, 3 + k, column) - t(:, 6 + k, column)
-          end if
-        end do
+        if (n_dim == 3) then
+          t(:, :, j, a, 1) = -t(:, :, j, a, 2) - t(:, :, j, a, 3) - t(:, :, j, a, 4)
+        else
+          t(:, :, j, a, 1) = -t(:, :, j, a, 2) - t(:, :, j, a, 3)
+        end if
       end do
     end do
 
   end subroutine set_stiffness
+
+  !> From the rows of a column, cell first, to the column of each cell in one piece.
+  pure subroutine set_column(rows, column)
+    real(wp), intent(in) :: rows(LANES, 4)
+    real(wp), intent(out) :: column(4, LANES)
+
+    integer :: i
+
+    ! The directive keeps gfortran from unrolling the loop before it finds that it is a vector
+    !GCC$ unroll 1
+    do i = 1, LANES
+      column(1, i) = rows(i, 1)
+      column(2, i) = rows(i, 2)
+      column(3, i) = rows(i, 3)
+      column(4, i) = rows(i, 4)
+    end do
+
+  end subroutine set_column
 
   !> What hoop strain and hoop stress add to the stiffness in axial symmetry.
   pure subroutine add_hoop_stiffness(self, hoop_change, stress, force, hoop_force)
@@ -703,39 +719,31 @@ contains
       do b = 1, 3
         do a = 1, 3
           do k = 1, 2
-            t(:, 3 * a - 3 + k, 3 * b - 2) = t(:, 3 * a - 3 + k, 3 * b - 2) + by_radius(:, k, a)
-            t(:, 3 * a - 2, 3 * b - 3 + k) = t(:, 3 * a - 2, 3 * b - 3 + k) + of_hoop(:, k, b)
+            t(k, :, 1, a, b) = t(k, :, 1, a, b) + by_radius(:, k, a)
+            t(1, :, k, a, b) = t(1, :, k, a, b) + of_hoop(:, k, b)
           end do
-          t(:, 3 * a - 2, 3 * b - 2) = t(:, 3 * a - 2, 3 * b - 2) + hoop * hoop_change(:, 3)
+          t(1, :, 1, a, b) = t(1, :, 1, a, b) + hoop * hoop_change(:, 3)
         end do
       end do
     end associate
 
   end subroutine add_hoop_stiffness
 
-  !> Forces by the pressure, the volume equation by the displacements, and by the pressure.
-  pure subroutine set_pressure_blocks(self, mass, relative_volume)
+  !> Forces and the volume equation by the pressure; in 2D, the volume equation by displacements.
+  pure subroutine set_pressure_blocks(self, divergence, mass, relative_volume)
     type(mini_batch_t), intent(inout) :: self
+    !> Volume equation by displacement j of vertex b in column (j, b), and mirrored.
+    real(wp), intent(in) :: divergence(LANES, 3, 4)
     real(wp), intent(in) :: mass(LANES)
     real(wp), intent(in) :: relative_volume(LANES, 4)
 
-    real(wp) :: diagonal, divergence(LANES), moved(LANES, 3, 4)
-    integer :: a, b, column, i, j, m
+    real(wp) :: diagonal, moved(LANES, 3, 4), rows(LANES, 4)
+    integer :: a, b, j, m
 
     m = self%n_dim + 1
+    ! There is no fourth in 2D
+    rows = 0.0_wp
     associate (t => self%tangent, pressure => self%bubble_pressure, c => self%bubble_compliance)
-      do b = 1, m
-        do j = 1, self%n_dim
-          column = m * (b - 1) + j
-          divergence = -self%volume_new / m * self%gradient_new(:, j, b)
-          if (j == 1) divergence = divergence - self%volume_new / m * self%hoop_new
-          do a = 1, m
-            t(:, m * a, column) = divergence
-            t(:, column, m * a) = divergence
-          end do
-        end do
-      end do
-
       do b = 1, m
         do j = 1, 3
           moved(:, j, b) = self%bubble_factor * (c(:, j, 1) * pressure(:, 1, b) &
@@ -746,12 +754,14 @@ contains
       do b = 1, m
         do a = 1, m
           diagonal = merge(2.0_wp, 1.0_wp, a == b)
-          do i = 1, LANES
-            t(i, m * a, m * b) = -diagonal * self%inverse_bulk_modulus * mass(i) &
-              * relative_volume(i, b) &
-              - pressure(i, 1, a) * moved(i, 1, b) - pressure(i, 2, a) * moved(i, 2, b) &
-              - pressure(i, 3, a) * moved(i, 3, b)
-          end do
+          rows(:, :3) = divergence(:, :, a)
+          rows(:, m) = -diagonal * self%inverse_bulk_modulus * mass * relative_volume(:, b) &
+            - pressure(:, 1, a) * moved(:, 1, b) - pressure(:, 2, a) * moved(:, 2, b) &
+            - pressure(:, 3, a) * moved(:, 3, b)
+          call set_column(rows, t(:, :, m, a, b))
+          if (m == 4) cycle
+          t(m, :, 1, a, b) = divergence(:, 1, b)
+          t(m, :, 2, a, b) = divergence(:, 2, b)
         end do
       end do
     end associate
@@ -783,12 +793,12 @@ contains
         call complete_stress(self%volume_new, none, change)
         do a = 1, 3
           do j = 1, 2
-            t(:, 3 * b, 3 * a - 3 + j) = t(:, 3 * b, 3 * a - 3 + j) + self%bubble_modulus &
+            t(3, :, j, b, a) = t(3, :, j, b, a) + self%bubble_modulus &
               * (bubble(:, 1) * push(:, 1, j, a) + bubble(:, 2) * push(:, 2, j, a))
           end do
-          t(:, 3 * a - 2, 3 * b) = t(:, 3 * a - 2, 3 * b) + change(:, 1) * g(:, 1, a) &
+          t(1, :, 3, a, b) = t(1, :, 3, a, b) + change(:, 1) * g(:, 1, a) &
             + change(:, 6) * g(:, 2, a) + change(:, 3) * self%hoop_new
-          t(:, 3 * a - 1, 3 * b) = t(:, 3 * a - 1, 3 * b) + change(:, 6) * g(:, 1, a) &
+          t(2, :, 3, a, b) = t(2, :, 3, a, b) + change(:, 6) * g(:, 1, a) &
             + change(:, 2) * g(:, 2, a)
         end do
       end do

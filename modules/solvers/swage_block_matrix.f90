@@ -217,8 +217,9 @@ contains
     class(block_matrix_t), intent(inout) :: self
     !> Up to `LANES`.
     integer, contiguous, intent(in) :: cells(:)
-    !> By cell, row and column; the leading n_vertex * n_slot rows and columns count.
-    real(wp), intent(in) :: cell_matrices(LANES, 16, 16)
+    !> By row of the block, cell, column of the block, vertex of the row and vertex of the column;
+    !> the leading n_slot rows and columns, and n_vertex vertices, count.
+    real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
 
     integer :: i
 
@@ -244,28 +245,13 @@ contains
     integer, intent(in) :: n
     integer(gp), intent(in) :: cell_block(4, 4, n_cell)
     integer, intent(in) :: cells(n)
-    real(wp), intent(in) :: cell_matrices(LANES, 4, 4, 4, 4)
+    real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
     real(wp), intent(inout) :: values(4, 4, n_block)
 
-    !> The matrices with the columns of their blocks in one piece.
-    real(wp) :: blocks(4, LANES, 4, 4, 4)
     integer :: a, b, c, d, i
     integer(gp) :: k
 
-    ! The directives keep gfortran from unrolling loops before it finds that they are vectors
-    do b = 1, 4
-      do a = 1, 4
-        do d = 1, 4
-          !GCC$ unroll 1
-          do i = 1, LANES
-            blocks(1, i, d, a, b) = cell_matrices(i, 1, a, d, b)
-            blocks(2, i, d, a, b) = cell_matrices(i, 2, a, d, b)
-            blocks(3, i, d, a, b) = cell_matrices(i, 3, a, d, b)
-            blocks(4, i, d, a, b) = cell_matrices(i, 4, a, d, b)
-          end do
-        end do
-      end do
-    end do
+    ! The directive keeps gfortran from unrolling the loop before it finds that it is a vector
     do i = 1, n
       do b = 1, 4
         do a = 1, 4
@@ -273,7 +259,7 @@ contains
           do d = 1, 4
             !GCC$ unroll 1
             do c = 1, 4
-              values(c, d, k) = values(c, d, k) + blocks(c, i, d, a, b)
+              values(c, d, k) = values(c, d, k) + cell_matrices(c, i, d, a, b)
             end do
           end do
         end do
@@ -282,14 +268,14 @@ contains
 
   end subroutine add_blocks_of_4
 
-  !> The same for cells of three nodes; their rows and columns end before those of the array.
+  !> The same for cells of three nodes.
   pure subroutine add_blocks_of_3(n_cell, n_block, n, cell_block, cells, cell_matrices, values)
     integer, intent(in) :: n_cell
     integer(gp), intent(in) :: n_block
     integer, intent(in) :: n
     integer(gp), intent(in) :: cell_block(3, 3, n_cell)
     integer, intent(in) :: cells(n)
-    real(wp), intent(in) :: cell_matrices(LANES, 16, 16)
+    real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
     real(wp), intent(inout) :: values(3, 3, n_block)
 
     integer :: a, b, c, d, i
@@ -301,7 +287,7 @@ contains
           k = cell_block(a, b, cells(i))
           do d = 1, 3
             do c = 1, 3
-              values(c, d, k) = values(c, d, k) + cell_matrices(i, 3 * a - 3 + c, 3 * b - 3 + d)
+              values(c, d, k) = values(c, d, k) + cell_matrices(c, i, d, a, b)
             end do
           end do
         end do

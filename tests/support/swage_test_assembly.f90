@@ -185,7 +185,7 @@ contains
     integer, intent(in) :: i
     integer, intent(in) :: cell
 
-    integer :: m, n
+    integer :: a, b, m, n
 
     n = self%n_dim
     m = n + 1
@@ -203,7 +203,12 @@ contains
       self%bubble_strain(3, 1, cell) = batch%bubble_moment(i)
       self%bubble_strain(6, 2, cell) = -batch%bubble_moment(i) / SQRT2
       self%residual(:, :, cell) = batch%residual(i, :m, :m)
-      self%tangent(:, :, cell) = batch%tangent(i, :m * m, :m * m)
+      do b = 1, m
+        do a = 1, m
+          self%tangent(m * (a - 1) + 1:m * a, m * (b - 1) + 1:m * b, cell) &
+            = batch%tangent(:m, i, :m, a, b)
+        end do
+      end do
     end associate
 
   end subroutine keep

@@ -143,7 +143,7 @@ contains
     real(wp), intent(in) :: scatter
 
     type(random_t) :: random
-    real(wp), allocatable :: batch(:, :, :), cell_matrix(:, :)
+    real(wp), allocatable :: batch(:, :, :, :, :), cell_matrix(:, :)
     real(wp) :: stiffness
     integer :: cell, first, i, j, last, m, n_cell, n_cell_all, n_vertex, place
 
@@ -152,7 +152,7 @@ contains
       n_vertex = size(u%cell_node, 1)
       n_cell = size(u%cell_node, 2)
       allocate (cell_matrix(m * n_vertex, m * n_vertex))
-      allocate (batch(LANES, 16, 16), source=0.0_wp)
+      allocate (batch(4, LANES, 4, 4, 4), source=0.0_wp)
       n_cell_all = n_cell
       call sum_integer(self%comm, n_cell_all)
       call cells_of(self%comm%rank, self%comm%size, n_cell_all, first, last)
@@ -166,10 +166,10 @@ contains
             associate (block => cell_matrix(m * (i - 1) + 1:m * i, m * (j - 1) + 1:m * j))
               block(:m - 1, :m - 1) = block(:m - 1, :m - 1) * 10.0_wp**stiffness
               block(m, m) = block(m, m) * 10.0_wp**(-stiffness)
+              batch(:m, 1, :m, i, j) = block
             end associate
           end do
         end do
-        batch(1, :m * n_vertex, :m * n_vertex) = cell_matrix
         call self%matrix%add_cells([cell - first + 1], batch)
       end do
       do i = 1, u%n_node
