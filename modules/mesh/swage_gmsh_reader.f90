@@ -93,7 +93,9 @@ contains
 
     section = reading%reader%line()
     if (section(1:1) /= '$') then
-      call reading%reader%fail('the first line of a Gmsh section ($...) is expected', status)
+      call reading%reader%fail('the first line of a Gmsh section ($...) is expected; Gmsh '// &
+                               'makes meshes of geometries (.geo): gmsh -2 or -3, or tools/mesh', &
+                               status)
       return
     end if
     if (reading%format == FORMAT_UNKNOWN .and. section /= '$MeshFormat' &

@@ -602,6 +602,8 @@ contains
       if (status%failed()) return
       call check_friction(self, law, group, facet, status)
       if (status%failed()) return
+      call check_pairs(self, i, tool, facet, group, status)
+      if (status%failed()) return
       call surface_nodes(self, facet, node)
       call tool_contact_create(group%name, tool, law, keys%separation, facet, node, &
                                self%mesh%node_tag(node), nodal(2, node), &
@@ -614,6 +616,37 @@ contains
     call check_controls(self, deck, status)
 
   end subroutine read_contacts
+
+  !> Collective. A facet that meets a tool by two contacts would be pushed twice.
+  subroutine check_pairs(self, n, tool, facet, group, status)
+    type(mechanics_t), intent(in) :: self
+    !> Place of the contact in hand; those before it are made.
+    integer, intent(in) :: n
+    integer, intent(in) :: tool
+    integer, intent(in) :: facet(:)
+    !> `&contact`.
+    type(group_t), intent(in) :: group
+    type(status_t), intent(inout) :: status
+
+    integer(gp) :: n_shared
+    integer :: i
+    logical :: touching(self%mesh%n_facet)
+
+    do i = 1, n - 1
+      if (self%contacts(i)%tool /= tool) cycle
+      touching = .false.
+      touching(self%contacts(i)%facet) = .true.
+      n_shared = count(touching(facet), kind=gp)
+      call self%comm%sum(n_shared)
+      if (n_shared == 0_gp) cycle
+      call status%raise(STATUS_ERROR, 'check_pairs', group%describe('slave')//': &contact '''// &
+                        self%contacts(i)%name//''' brings '//text(int(n_shared))//' of its '// &
+                        'facets in touch with tool '''//self%tools(tool)%name//''' already: '// &
+                        'each needs one contact with a tool')
+      return
+    end do
+
+  end subroutine check_pairs
 
   !> Forces on a tool that nothing can touch have nothing to balance them.
   subroutine check_controls(self, deck, status)
@@ -708,6 +741,10 @@ contains
           touching(self%boundaries(j)%facet) = .false.
         end do
         if (self%settings%kind == AXISYMMETRIC) call leave_axis(self, touching)
+      else if (any([(self%tools(j)%name == slave(i), j=1, size(self%tools))])) then
+        call group%refuse('slave', trim(slave(i))//' is a tool: the slave is a &body, or '// &
+                          'groups of its surface, and the tool the master')
+        return
       else
         place = checked_group(self, group, 'slave', trim(slave(i)), self%mesh%dimension - 1)
         if (place == 0) return

@@ -273,6 +273,11 @@ contains
                     'index to open them by, as ParaView 5.11 and older need it.')
     call group%take('prefix', output%prefix, 'Start of the names of all result files, relative '// &
                     'to the folder of the input file, whose name without .nml is the default.')
+    if (group%explaining) return
+    if (index(output%prefix, '/', back=.true.) == max(1, len(output%prefix))) then
+      call group%refuse('prefix', 'names a folder: the names of the results must start behind '// &
+                        'it, as in '''//output%prefix//'case''')
+    end if
 
   end subroutine take_output
 
