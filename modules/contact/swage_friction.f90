@@ -31,8 +31,8 @@ module swage_friction
     real(wp) :: d_slip(3, 3) = 0.0_wp
     !> Out: ∂traction/∂traction_old at fixed slip and pressure [1].
     real(wp) :: d_traction_old(3, 3) = 0.0_wp
-    !> Out: size of the traction by the slip that makes it, at least 0: a safe stiffness, where
-    !> ∂traction/∂slip vanishes along a slip at the limit [stress/length].
+    !> Set by the law to the size of the traction by the slip that makes it, at least 0: a safe
+    !> stiffness, where ∂traction/∂slip vanishes along a slip at the limit [stress/length].
     real(wp) :: secant = 0.0_wp
     !> Out: ∂traction/∂pressure at fixed slip [1].
     real(wp) :: d_pressure(3) = 0.0_wp

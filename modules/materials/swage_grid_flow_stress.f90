@@ -32,7 +32,7 @@ module swage_grid_flow_stress
 
   type, extends(flow_stress_t) :: grid_flow_stress_t
     private
-    !> Increasing: equivalent plastic strains [1], logarithms of their rates [1/time], kelvin
+    !> Equivalent plastic strains [1], logarithms of their rates [1/time], kelvin, all increasing
     !> [temperature].
     real(wp), allocatable :: strain(:), log_rate(:), temperature(:)
     !> [stress]; shape (strains, rates, temperatures).

@@ -401,7 +401,7 @@ contains
   !> overwritten. A zero pivot leaves its unknown at zero.
   pure subroutine solve_dense(system, right)
     real(wp), intent(inout) :: system(:, :)
-    !> In: right-hand side. Out: solution.
+    !> Right-hand side on entry, solution on return.
     real(wp), intent(inout) :: right(:)
 
     real(wp) :: factor, swapped(size(right))
