@@ -1,0 +1,41 @@
+"""The linear solver of whole upsettings against a naive one: ratios, and growth with the mesh.
+
+Contact, friction, defaults; to 20 % of reduction. The naive solver: the symmetric part of every
+matrix of a run with `mumps`, factorised in double precision with MUMPS' own ordering PORD. Its
+time is that run's iterations times the mean of five matrices (bench_solver.f90).
+"""
+import math
+
+import upsetting_work
+
+
+def run(context):
+    sizes = ['2k'] if context.quick else ['2k', '10k', '30k']
+    context.title('mesh', 'nodes', 'iterations', 'with mumps', 'solver [s]', 'naive [s]', 'ratio')
+    points = []
+    for name in sizes:
+        upsetting_work.make_mesh(context, name)
+        runs = {}
+        for solver in ('mumps_lagged', 'mumps'):
+            # The iterations of a direct run grow little with the mesh: the largest is not run
+            if solver == 'mumps' and name == '30k':
+                continue
+            text = upsetting_work.text(name, 0.2, f"linear_solver = '{solver}'", every=20)
+            done = context.run_swage(text, name=f'{name}_{solver}', timeout=7200)
+            runs[solver] = context.counts(done)
+            nodes = done.results().step(0).points.shape[0]
+        kept = runs['mumps_lagged']
+        iterations = runs.get('mumps', kept)['iterations']
+        seconds = sum(kept['phases'][phase] for phase in ('ordering', 'factorisation', 'solution'))
+        case = context.folder / f'{name}_mumps_lagged.nml'
+        naive = None
+        for line in context.run_benchmark('bench_solver', case).splitlines():
+            cells = [cell.strip() for cell in line.split(';')]
+            if cells[:2] == ['mean', 'naive']:
+                naive = float(cells[2]) + float(cells[3])
+        total = iterations * naive
+        context.line(name, nodes, kept['iterations'], iterations, seconds, total, seconds / total)
+        points.append((nodes, seconds / kept['iterations']))
+    if len(points) > 1:
+        exponent = math.log(points[-1][1] / points[0][1]) / math.log(points[-1][0] / points[0][0])
+        context.say(f'growth exponent of the solver time an iteration: {exponent:.2f}')
