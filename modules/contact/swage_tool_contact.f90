@@ -20,6 +20,7 @@ module swage_tool_contact
   use swage_kinds, only: gp, wp
   use swage_rigid_tool, only: rigid_tool_t
   use swage_rotation, only: cross_product, dyadic, IDENTITY
+  use swage_sliding_inertia, only: sliding_inertia_create, sliding_inertia_t
   use swage_snapshot, only: OF_SOME_NODES, snapshot_t
   use swage_status, only: status_t
   implicit none(type, external)
@@ -66,12 +67,14 @@ module swage_tool_contact
   end type enforcement_t
 
   !> What a contact does during a step, by the trapezoidal rule: with the mean of the forces at its
-  !> ends. The sum of the three is the work of the tool, force times motion, less that on the body.
+  !> ends. The sum of the four is the work of the tool, force times motion, less that on the body.
   type :: contact_work_t
     !> Stored in penalty and bond [energy].
     real(wp) :: stored = 0.0_wp
     !> Work of friction against slip [energy].
     real(wp) :: friction = 0.0_wp
+    !> Work against the inertia of sliding nodes [energy].
+    real(wp) :: inertia = 0.0_wp
     !> What force times motion of the tool counts too much, for it takes the force to change halfway
     !> [energy]: nodes that do not touch yet, or no longer, and nodes that pass an edge of the tool.
     real(wp) :: excess = 0.0_wp
@@ -142,6 +145,8 @@ module swage_tool_contact
     real(wp), allocatable :: slip(:, :), slip_was(:, :), traction_was(:, :)
     !> Friction has turned about since then.
     logical, allocatable :: turned_about(:)
+    !> Resistance to a change of the sliding rate.
+    type(sliding_inertia_t) :: inertia
     !> Factor on the penalties of the start, at the start of the step and now [1].
     real(wp) :: growth_old = 1.0_wp
     real(wp) :: growth = 1.0_wp
@@ -186,7 +191,7 @@ contains
 
   !> A contact without area yet. The surface is given as facets, its nodes as this rank's own.
   subroutine tool_contact_create(name, tool, friction, separation, facet, node, tag, size, &
-                                 penalty, tangential_stiffness, enforcement, contact)
+                                 penalty, tangential_stiffness, enforcement, inertia, contact)
     character(len=*), intent(in) :: name
     integer, intent(in) :: tool
     class(friction_law_t), intent(in) :: friction
@@ -200,6 +205,8 @@ contains
     !> [stress/length]; shape of `node`.
     real(wp), intent(in) :: penalty(:), tangential_stiffness(:)
     type(enforcement_t), intent(in) :: enforcement
+    !> Resistance to a change of slip, by the flow stress on the cell size [1].
+    real(wp), intent(in) :: inertia
     type(tool_contact_t), intent(out) :: contact
 
     integer :: n
@@ -228,6 +235,7 @@ contains
     allocate (contact%active(n), contact%bonded(n), contact%was_active(n), contact%held(n), &
               contact%touched(n), contact%turned_about(n), source=.false.)
     allocate (contact%n_change(n), source=0)
+    call sliding_inertia_create(inertia, n, contact%inertia)
     call remember_standing(contact)
 
   end subroutine tool_contact_create
@@ -340,6 +348,7 @@ contains
     self%force = 0.0_wp
     self%torque = 0.0_wp
     self%force_square = 0.0_wp
+    call self%inertia%begin_step(dt, tool%rotation_increment)
     x = 0.0_wp
     x_start = 0.0_wp
     do i = 1, size(self%node)
@@ -415,6 +424,7 @@ contains
       end if
       work%stored = work%stored + stored + springing
       work%friction = work%friction - dot_product(shear, slip) - springing
+      work%inertia = work%inertia + self%inertia%work(i, self%area(i), slip)
     end do
 
   end subroutine tool_contact_work
@@ -442,8 +452,8 @@ contains
     real(wp), intent(out) :: secant(3, 3)
 
     type(friction_point_t) :: point
-    real(wp) :: d_normal(3, 3), d_pressure(3), d_slip(3, 3), d_turned(3, 3), from_tool(3), &
-      hessian(3, 3), normal(3), penalty, penetration, turned(3)
+    real(wp) :: d_inertia(3, 3), d_normal(3, 3), d_pressure(3), d_slip(3, 3), d_turned(3, 3), &
+      from_tool(3), hessian(3, 3), normal(3), penalty, penetration, turned(3)
 
     force = 0.0_wp
     stiffness = 0.0_wp
@@ -493,10 +503,13 @@ contains
       self%bond_change(i) = norm2(point%traction - point%traction_old)
     end if
 
-    force = self%area(i) * (self%pressure(i) * normal + point%traction)
+    call self%inertia%resist(i, self%flow_stress(i), self%size(i), normal, d_normal, point%slip, &
+                             d_slip, d_inertia)
+    force = self%area(i) * (self%pressure(i) * normal + point%traction &
+                            + self%inertia%traction(:, i))
     stiffness = self%area(i) * (dyadic(normal, d_pressure) + self%pressure(i) * d_normal &
                                 + matmul(point%d_slip, d_slip) &
-                                + matmul(point%d_traction_old, d_turned))
+                                + matmul(point%d_traction_old, d_turned) + d_inertia)
     self%slip(:, i) = point%slip
     self%turned_about(i) = dot_product(point%traction, self%traction_was(:, i)) < 0.0_wp
     if (self%turned_about(i)) then
@@ -648,6 +661,8 @@ contains
     class(tool_contact_t), intent(inout) :: self
 
     call remember_forces(self)
+    call self%inertia%accept(self%area, self%active .and. norm2(self%traction, dim=1) > 0.0_wp, &
+                             self%slip)
     self%traction_old = self%traction
     if (self%enforcement%kind == AUGMENTED_LAGRANGIAN) self%multiplier_old = self%pressure
     self%growth_old = self%growth
@@ -708,6 +723,7 @@ contains
     call snapshot%put(title//'traction', self%traction_old, OF_SOME_NODES, self%node)
     call snapshot%put(title//'multiplier', self%multiplier_old, OF_SOME_NODES, self%node)
     call snapshot%put(title//'penalty growth', self%growth_old)
+    call self%inertia%save(title, self%node, snapshot)
 
   end subroutine tool_contact_save
 
@@ -730,6 +746,7 @@ contains
     call snapshot%get(title//'traction', self%traction_old, status, OF_SOME_NODES, self%node)
     call snapshot%get(title//'multiplier', self%multiplier_old, status, OF_SOME_NODES, self%node)
     call snapshot%get(title//'penalty growth', self%growth_old, status)
+    call self%inertia%load(title, self%node, snapshot, status)
     self%traction = self%traction_old
     call remember_standing(self)
 

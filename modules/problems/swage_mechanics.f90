@@ -148,15 +148,19 @@ module swage_mechanics
     real(wp) :: time_new = 0.0_wp
     !> Length of the last accepted step [time], 0 before the first.
     real(wp) :: dt_last = 0.0_wp
+    !> Length of the step before [time], 0 when its rate has nothing to do with the last one's.
+    real(wp) :: dt_before = 0.0_wp
 
     ! Nodes
 
     !> Positions before the first step [length]; shape (n_dim, n_node).
     real(wp), allocatable :: initial_coordinates(:, :)
-    !> Displacement increments of the step and of the last one [length]; shape (n_dim, n_node).
-    real(wp), allocatable :: increment(:, :), increment_last(:, :)
-    !> Pressures of the end, the start and the start of the last step [stress]; shape (n_node).
-    real(wp), allocatable :: pressure_new(:), pressure(:), pressure_last(:)
+    !> Displacement increments of the step, of the last one and the one before [length]; shape
+    !> (n_dim, n_node).
+    real(wp), allocatable :: increment(:, :), increment_last(:, :), increment_before(:, :)
+    !> Pressures of the end and the start of the step, and of the starts of the last one and the one
+    !> before [stress]; shape (n_node).
+    real(wp), allocatable :: pressure_new(:), pressure(:), pressure_last(:), pressure_before(:)
     !> Displacement since the start of the run [length]; shape (n_dim, n_node).
     real(wp), allocatable :: displacement(:, :)
     !> Kelvin [temperature]; shape (n_node).
@@ -525,7 +529,7 @@ contains
 
     if (self%changes_course(time_old)) call expect_elasticity(self)
     if (extrapolate .and. self%carries .and. self%dt_last > 0.0_wp) then
-      call extrapolate_rate(self, (time_new - time_old) / self%dt_last, share)
+      call extrapolate_rate(self, time_new - time_old, share)
     else
       share = 0.0_wp
       self%increment = 0.0_wp
@@ -544,6 +548,8 @@ contains
         call contact%gather_areas(tool, self%settings%kind == AXISYMMETRIC, &
                                   self%mesh%facet_node, self%mesh%coordinates, area)
         call self%mesh%halo%accumulate(area)
+        contact%inertia%is_steady = self%carries .and. self%dt_last > 0.0_wp &
+          .and. .not. self%changes_course(time_old)
         call contact%begin_step(tool_old, self%positions(), area(1, :), flow_stress(1, :))
       end associate
     end do
@@ -561,21 +567,32 @@ contains
 
   end function mechanics_positions
 
-  !> Collective. Continue the rate of the last step, halved as long as it would flatten a cell:
+  !> Collective. Continue the rate of the last steps, halved as long as it would flatten a cell:
   !> those at the edge of a tool shrink fast and slow down by themselves.
-  subroutine extrapolate_rate(self, ratio, share)
+  subroutine extrapolate_rate(self, dt, share)
     class(mechanics_t), intent(inout) :: self
-    !> Length of the step by that of the last one [1].
-    real(wp), intent(in) :: ratio
+    !> Length of the step [time].
+    real(wp), intent(in) :: dt
     !> Of the last step's increments that are repeated [1].
     real(wp), intent(out) :: share
 
+    real(wp), allocatable :: move(:, :), rise(:)
     real(wp) :: before(self%mesh%dimension, self%mesh%dimension + 1), remaining
     integer :: cell, halving
 
-    share = ratio
+    share = dt / self%dt_last
+    allocate (move, source=self%increment_last)
+    allocate (rise, source=self%pressure - self%pressure_last)
+    if (self%dt_before > 0.0_wp) then
+      ! The change of the rate from the middle of one step to that of the next
+      associate (change => (dt + self%dt_last) / (self%dt_last + self%dt_before), &
+                 ratio => self%dt_last / self%dt_before)
+        move = move + change * (move - ratio * self%increment_before)
+        rise = rise + change * (rise - ratio * (self%pressure_last - self%pressure_before))
+      end associate
+    end if
     do halving = 0, RATE_HALVINGS
-      self%increment = share * self%increment_last
+      self%increment = share * move
       if (self%settings%fixed_geometry) exit
       remaining = huge(1.0_wp)
       do cell = 1, self%mesh%n_cell
@@ -589,7 +606,7 @@ contains
       if (remaining > FLATTENED) exit
       if (halving < RATE_HALVINGS) share = 0.5_wp * share
     end do
-    self%pressure_new = self%pressure + share * (self%pressure - self%pressure_last)
+    self%pressure_new = self%pressure + share * rise
 
   end subroutine extrapolate_rate
 
@@ -837,8 +854,12 @@ contains
     call collect_work(self)
     self%largest_force_scale = max(self%largest_force_scale, self%carried_force)
     self%carries = self%carried_force > RELEASED * self%largest_force_scale
+    self%dt_before = self%dt_last
+    if (self%changes_course(self%time)) self%dt_before = 0.0_wp
     self%dt_last = self%time_new - self%time
+    self%increment_before = self%increment_last
     self%increment_last = self%increment
+    self%pressure_before = self%pressure_last
     self%pressure_last = self%pressure
     self%pressure = self%pressure_new
     self%displacement = self%displacement + self%increment

@@ -11,6 +11,10 @@ submodule(swage_mechanics) swage_mechanics_cells
   !> Newton iterations of the first step during which the bubble of a fluid follows its viscosity.
   integer, parameter :: FREE_ITERATIONS = 4
 
+  !> How the grad-div modulus grows with the square of ln(V/V0) [1]: cells that have nearly lost
+  !> their volume, as those at the edge of a sticking tool, resist before they invert.
+  real(wp), parameter :: STIFFENING = 3.0_wp
+
 contains
 
   module subroutine build_batches(self, n_state)
@@ -62,7 +66,7 @@ contains
     type(cell_range_t), intent(in) :: range
 
     integer :: i, n
-    real(wp) :: share
+    real(wp) :: lost, share
 
     associate (element => self%element, points => self%points, &
                law => self%materials(range%material)%law)
@@ -83,7 +87,10 @@ contains
           element%log_volume_old(i) = self%log_volume(cells(i))
           element%bubble_modulus(i) = share * self%bubble_modulus(cells(i))
           element%relaxation(i) = self%relaxation(cells(i))
-          element%grad_div_modulus(i) = self%settings%grad_div * self%flow_stress(cells(i))
+          lost = self%log_volume(cells(i)) &
+            + law%inverse_bulk_modulus * sum(element%pressure_old(i, :)) / element%n_vertex
+          element%grad_div_modulus(i) = self%settings%grad_div * self%flow_stress(cells(i)) &
+            * (1.0_wp + STIFFENING * lost**2)
           points%cell(i) = self%mesh%cell_tag(cells(i))
           points%state_old(i, :law%n_state) = self%state(:law%n_state, cells(i))
         end do

@@ -285,6 +285,7 @@ contains
       end associate
       step%contact = step%contact + work%stored
       step%friction = step%friction + work%friction
+      step%stabilisation = step%stabilisation + work%inertia
       step%external = step%external - work%excess
     end do
 

@@ -38,6 +38,8 @@ submodule(swage_mechanics) swage_mechanics_setup
     !> Stiffness by that of a cell, and that of bonds by the former [1].
     real(wp) :: penalty = 10.0_wp
     real(wp) :: tangential = 1.0_wp
+    !> Resistance of a rubbing node to a change of slip, by the flow stress on the cell size [1].
+    real(wp) :: inertia = 5.0_wp
     type(enforcement_t) :: enforcement
     logical :: separation = .true.
   end type contact_keys_t
@@ -74,9 +76,11 @@ contains
 
     associate (m => mechanics, n_node => mechanics%mesh%n_node)
       allocate (m%initial_coordinates, source=m%mesh%coordinates)
-      allocate (m%increment(n, n_node), m%increment_last(n, n_node), m%displacement(n, n_node), &
+      allocate (m%increment(n, n_node), m%increment_last(n, n_node), &
+                m%increment_before(n, n_node), m%displacement(n, n_node), &
                 source=0.0_wp)
-      allocate (m%pressure(n_node), m%pressure_new(n_node), m%pressure_last(n_node), source=0.0_wp)
+      allocate (m%pressure(n_node), m%pressure_new(n_node), m%pressure_last(n_node), &
+                m%pressure_before(n_node), source=0.0_wp)
       allocate (m%temperature(n_node), source=settings%initial_temperature)
       allocate (m%support_force(n, n_node), source=0.0_wp)
       allocate (m%residual(n + 1, n_node), m%correction(n + 1, n_node), m%base(n + 1, n_node), &
@@ -541,6 +545,10 @@ contains
       call group%take('maximum_augmentations', rule%maximum_augmentations, 'Changes of '// &
                       'multipliers in an increment after which it is taken as it is.', lower=1)
     end associate
+    call group%take('sliding_inertia', keys%inertia, '1', 'Resistance of nodes that rub on the '// &
+                    'tool to a slip that deviates by more than 5 % of a cell from that of the '// &
+                    'last increments, as a multiple of the flow stress by the cell size: keeps '// &
+                    'nodes at an edge from snapping.', lower=0.0_wp)
     call group%take('separation', keys%separation, 'False: nodes that touch stay on the tool, '// &
                     'and the contact carries tension.')
     keys%enforcement%kind = findloc(ENFORCEMENT_NAMES == kind, .true., dim=1)
@@ -609,7 +617,7 @@ contains
                                self%mesh%node_tag(node), nodal(2, node), &
                                keys%penalty * nodal(1, node), &
                                keys%penalty * keys%tangential * nodal(1, node), keys%enforcement, &
-                               self%contacts(i))
+                               keys%inertia, self%contacts(i))
       call check_overlap(self, self%contacts(i), group, status)
       if (status%failed()) return
     end do

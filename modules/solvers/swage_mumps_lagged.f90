@@ -2,11 +2,10 @@
 !> double precision.
 !>
 !> The factors are those of the symmetric part of a matrix, without what is listed as unsymmetric;
-!> the product is that of the whole matrix. A new matrix is factorised when the last solution cost
-!> more, for each digit gained, than the solutions since the last factorisation did on average, its
-!> own cost included; costs are counted, not timed, so that a run repeats itself. When GMRES does
-!> not get on with old factors the matrix is factorised; when it does not get on with fresh ones,
-!> MUMPS in double precision solves, for a while.
+!> the product is that of the whole matrix. A new matrix is factorised when the iterations that the
+!> age of the factors has cost are worth a factorisation; costs are counted, not timed, so that a
+!> run repeats itself. When GMRES does not get on with old factors the matrix is factorised; when it
+!> does not get on with fresh ones, MUMPS in double precision solves, for a while.
 module swage_mumps_lagged
   use swage_block_matrix, only: block_matrix_t
   use swage_comm, only: comm_t
@@ -33,9 +32,11 @@ module swage_mumps_lagged
   !> Unknown nodes from which blocks of low rank pay, and how accurate they are.
   integer, parameter :: LOW_RANK_NODES = 20000
   real(wp), parameter :: LOW_RANK = 1.0e-2_wp
-  !> Operations of a factorisation in the time in which a solution reads an entry of the factors:
-  !> the former runs at the speed of the processor, the latter at that of memory.
-  real(wp), parameter :: OPERATIONS_PER_ENTRY = 55.0_wp
+  !> Time of a factorisation in the time in which a solution reads an entry of the factors: so much
+  !> for each entry, which is moved about, and the inverse of that for each operation. Measured with
+  !> 2000 to 10 000 nodes; machines differ, the best time to factorise hardly does.
+  real(wp), parameter :: READS_PER_ENTRY = 18.0_wp
+  real(wp), parameter :: OPERATIONS_PER_READ = 110.0_wp
   !> Fewest iterations that old factors are given, and most that fresh ones are.
   integer, parameter :: LEAST_PATIENCE = 12
   integer, parameter :: MOST_PATIENCE = 100
@@ -71,12 +72,13 @@ module swage_mumps_lagged
     !> Negative pivots of a quasi-definite matrix; none is expected when negative.
     integer :: n_negative = -1
     real(wp) :: low_rank = 0.0_wp
-    !> Costs in entries read: of a factorisation, and of an iteration.
+    !> Costs, in entries read: of a factorisation, and of an iteration.
     real(wp) :: cost_of_factors = 0.0_wp
     real(wp) :: cost_of_iteration = 1.0_wp
-    !> Since the last factorisation: cost, digits gained, solutions and iterations.
-    real(wp) :: cost = 0.0_wp
-    real(wp) :: digits = 0.0_wp
+    !> Since the last factorisation: fewest iterations for a digit, iterations beyond that,
+    !> solutions and iterations.
+    real(wp) :: rate = huge(1.0_wp)
+    real(wp) :: excess = 0.0_wp
     integer :: n_solution_since = 0
     integer :: n_iteration_since = 0
     !> The factors are to be renewed with the next matrix.
@@ -188,12 +190,12 @@ contains
                 ' iterations: '//number_text(operations)//' operations, '// &
                 number_text(entries)//' entries, '//text(factor%get_memory())// &
                 ' MB on the largest rank')
-      self%cost_of_factors = operations / OPERATIONS_PER_ENTRY
+      self%cost_of_factors = READS_PER_ENTRY * entries + operations / OPERATIONS_PER_READ
       self%cost_of_iteration = entries + count_entries(layout%comm, matrix)
     end associate
     call self%times%end(PHASE_FACTORISATION)
-    self%cost = self%cost_of_factors
-    self%digits = 0.0_wp
+    self%rate = huge(1.0_wp)
+    self%excess = 0.0_wp
     self%n_solution_since = 0
     self%n_iteration_since = 0
     self%is_due = .false.
@@ -270,7 +272,7 @@ contains
 
     type(gmres_report_t) :: report
     real(wp), allocatable :: b(:), x(:)
-    real(wp) :: cost, digits, wanted
+    real(wp) :: digits, wanted
     integer :: n, n_own, patience
 
     call self%times%begin(PHASE_SOLUTION)
@@ -298,14 +300,13 @@ contains
     call self%times%end(PHASE_SOLUTION)
     has_converged = report%has_converged
 
-    cost = report%n_iteration * self%cost_of_iteration
     digits = -log10(min(wanted, 0.9_wp))
     self%n_iteration = self%n_iteration + report%n_iteration
     self%n_iteration_since = self%n_iteration_since + report%n_iteration
     self%n_solution_since = self%n_solution_since + 1
-    self%cost = self%cost + cost
-    self%digits = self%digits + digits
-    self%is_due = cost / digits > self%cost / self%digits
+    self%rate = min(self%rate, report%n_iteration / digits)
+    self%excess = self%excess + report%n_iteration - self%rate * digits
+    self%is_due = self%excess * self%cost_of_iteration > self%cost_of_factors
 
   end subroutine lagged_iterate
 
@@ -368,8 +369,8 @@ contains
     call linear_solver_save(self, snapshot)
     call snapshot%put('solver: counts', [self%n_solution_since, self%n_iteration_since, &
                                          self%n_direct, self%system%factor%kind])
-    call snapshot%put('solver: costs', [self%cost_of_factors, self%cost_of_iteration, self%cost, &
-                                        self%digits])
+    call snapshot%put('solver: costs', [self%cost_of_factors, self%cost_of_iteration, self%rate, &
+                                        self%excess])
     call snapshot%put('solver: is due', self%is_due)
     if (self%is_due .or. .not. self%system%factor%is_factorised) return
     call self%system%factor%get_matrix(values, scale)
@@ -402,8 +403,8 @@ contains
     self%n_direct = counts(3)
     self%cost_of_factors = costs(1)
     self%cost_of_iteration = costs(2)
-    self%cost = costs(3)
-    self%digits = costs(4)
+    self%rate = costs(3)
+    self%excess = costs(4)
 
     associate (factor => self%system%factor, layout => self%system%layout)
       if (counts(4) /= factor%kind) then

@@ -22,7 +22,7 @@ module swage_newton
   !> When to stop.
   type :: newton_control_t
     !> Largest error of each field [1].
-    real(wp) :: tolerance(N_FIELD) = [1.0e-6_wp, 1.0e-5_wp]
+    real(wp) :: tolerance(N_FIELD) = 1.0e-4_wp
     !> Iterations after which the step is given up, or since the last change of the problem by
     !> [[newton_problem_t:augment]].
     integer :: maximum_iterations = 20
@@ -249,7 +249,7 @@ contains
     if (any(before > 0.0_wp)) then
       share = min(share, (maxval(now / tolerance) / maxval(before / tolerance))**2)
     end if
-    share = max(share, min(LARGEST_SHARE, MARGIN / max(maxval(now / tolerance), 1.0_wp)))
+    share = max(share, MARGIN / max(maxval(now / tolerance), 1.0_wp))
 
   end function forcing
 

@@ -1,4 +1,4 @@
-!> CPU time of factors of matrices of a run: what a naive solver takes, and what the kept factors do.
+!> CPU time of factors of matrices of a run: what a naive solver takes, and what kept factors do.
 !>
 !> usage: bench_solver CASE.nml [N]
 !>
@@ -11,7 +11,8 @@ program bench_solver
   use swage, only: comm_t, environment_start, environment_stop, simulation_t, status_t, wp
   use swage_block_matrix, only: block_matrix_t
   use swage_dmumps_header, only: dmumps, dmumps_struc
-  use swage_factor_layout, only: factor_layout_create, factor_layout_t, UNSYMMETRIC, WITHOUT_PIVOTING
+  use swage_factor_layout, only: factor_layout_create, factor_layout_t, UNSYMMETRIC, &
+                                 WITHOUT_PIVOTING
   use swage_kinds, only: gp
   use swage_mumps_double, only: double_factor_t => mumps_factor_t
   use swage_mumps_single, only: single_factor_t => mumps_factor_t

@@ -61,6 +61,7 @@ SLOPE = """
 &friction name = 'rub' kind = 'coulomb' coefficient = {mu} method = 'return_mapping' /
 &contact name = 'foot' slave = 'ZMIN' master = 'slope' friction = 'rub' {enforcement} /
 &step duration = 1 increments = 4 maximum_cuts = 2 /
+&solver tolerance = 1e-8 pressure_tolerance = 1e-8 /
 """
 
 

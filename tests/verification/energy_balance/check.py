@@ -42,6 +42,7 @@ CASE = """
 &friction name = 'friction' {friction} /
 {rest}
 &output every = 1000 fields = 'displacement' /
+&solver tolerance = 1e-7 pressure_tolerance = 1e-7 /
 """
 
 SYMMETRY = {

@@ -65,7 +65,7 @@ def considere():
 def pull(context, name, text, by_section=True):
     """Elongation at the largest force, that force, and the force at the end; by the section of the
     mesh times that of the circle if wanted."""
-    history = context.run_swage(text, name=name).history
+    history = context.run_swage(text + '&solver tolerance = 1e-6 /\n', name=name).history
     factor = 4.0
     if by_section:
         factor = math.pi * RADIUS**2 / (history['volume'][0] / HALF_LENGTH)

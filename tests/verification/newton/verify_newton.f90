@@ -53,7 +53,8 @@ contains
     integer :: changed(0:N_CORRECTION), i, k, n, n_pair
 
     associate (problem => simulation%mechanics, time => simulation%get_time())
-      call problem%begin_step(time, time + dt, .true., status)
+      ! Twice as long as the steps before: the extrapolated rate would leave too little to correct
+      call problem%begin_step(time, time + 2.0_wp * dt, .true., status)
       n = -1
       do k = 0, N_CORRECTION
         if (status%failed()) return

@@ -34,6 +34,7 @@ BAR = """
 &boundary name = 'z' kind = 'symmetry' group = 'ZMIN' /
 &boundary name = 'end' kind = 'velocity' group = 'ZMAX' components = 'z' velocity = 0, 0, 0.01 /
 &step duration = 1 increments = 6 /
+&solver tolerance = 1e-8 pressure_tolerance = 1e-8 /
 &output every = 3 per_step_files = {per_step} /
 """
 BILLET = """
