@@ -80,7 +80,8 @@ contains
       share = 1.0_wp
       if (law%fluid .and. self%dt_last > 0.0_wp) share = self%dt_last / points%dt
       associate (cells => self%cell_order(range%first:range%last))
-        call gather_nodes(cells, self%mesh%cell_node, self%mesh%coordinates, self%increment, &
+        call gather_nodes(element%n_dim, self%mesh%n_node, self%mesh%n_cell, n, cells, &
+                          self%mesh%cell_node, self%mesh%coordinates, self%increment, &
                           self%pressure, self%pressure_new, self%temperature, element, points)
         do i = 1, n
           element%deviator_old(i, :) = self%deviator(:, cells(i))
@@ -104,33 +105,37 @@ contains
   end subroutine mechanics_gather
 
   !> Values at the vertices of cells.
-  pure subroutine gather_nodes(cells, cell_node, coordinates, increment, pressure, pressure_new, &
-                               temperature, element, points)
-    integer, intent(in) :: cells(:)
-    integer, contiguous, intent(in) :: cell_node(:, :)
-    !> Shape (n_dim, n_node).
-    real(wp), contiguous, intent(in) :: coordinates(:, :), increment(:, :)
-    !> Shape (n_node).
-    real(wp), contiguous, intent(in) :: pressure(:), pressure_new(:), temperature(:)
+  pure subroutine gather_nodes(n_dim, n_node, n_cell, n, cells, cell_node, coordinates, increment, &
+                               pressure, pressure_new, temperature, element, points)
+    integer, intent(in) :: n_dim, n_node, n_cell
+    integer, intent(in) :: n
+    integer, intent(in) :: cells(n)
+    integer, intent(in) :: cell_node(n_dim + 1, n_cell)
+    real(wp), intent(in) :: coordinates(n_dim, n_node), increment(n_dim, n_node)
+    real(wp), intent(in) :: pressure(n_node), pressure_new(n_node), temperature(n_node)
     type(mini_batch_t), intent(inout) :: element
     type(point_batch_t), intent(inout) :: points
 
     real(wp) :: mean
-    integer :: a, i, j, node
+    integer :: a, i, node
 
-    do i = 1, size(cells)
+    do i = 1, n
       mean = 0.0_wp
-      do a = 1, size(cell_node, 1)
+      do a = 1, n_dim + 1
         node = cell_node(a, cells(i))
-        do j = 1, size(coordinates, 1)
-          element%coordinates(i, j, a) = coordinates(j, node)
-          element%displacement(i, j, a) = increment(j, node)
-        end do
+        element%coordinates(i, 1, a) = coordinates(1, node)
+        element%coordinates(i, 2, a) = coordinates(2, node)
+        element%displacement(i, 1, a) = increment(1, node)
+        element%displacement(i, 2, a) = increment(2, node)
+        if (n_dim == 3) then
+          element%coordinates(i, 3, a) = coordinates(3, node)
+          element%displacement(i, 3, a) = increment(3, node)
+        end if
         element%pressure_old(i, a) = pressure(node)
         element%pressure_new(i, a) = pressure_new(node)
         mean = mean + temperature(node)
       end do
-      mean = mean / size(cell_node, 1)
+      mean = mean / (n_dim + 1)
       points%temperature_old(i) = mean
       points%temperature_new(i) = mean
     end do
@@ -173,7 +178,8 @@ contains
       self%recommended_step = min(self%recommended_step, points%suggested_time_step)
 
       call self%matrix%add_cells(cells, element%tangent)
-      call scatter_forces(cells, self%mesh%cell_node, element, self%residual)
+      call scatter_forces(element%n_dim, self%mesh%n_node, self%mesh%n_cell, size(cells), cells, &
+                          self%mesh%cell_node, element%residual, self%residual)
       call keep_results(self, law, cells)
       call measure_batch(element, points, cell_forces, strained_volume)
     end associate
@@ -211,20 +217,24 @@ contains
   end function others
 
   !> Add the residual of each cell to its nodes.
-  pure subroutine scatter_forces(cells, cell_node, element, residual)
-    integer, intent(in) :: cells(:)
-    integer, contiguous, intent(in) :: cell_node(:, :)
-    type(mini_batch_t), intent(in) :: element
-    real(wp), contiguous, intent(inout) :: residual(:, :)
+  pure subroutine scatter_forces(n_dim, n_node, n_cell, n, cells, cell_node, cell_residual, &
+                                 residual)
+    integer, intent(in) :: n_dim, n_node, n_cell
+    integer, intent(in) :: n
+    integer, intent(in) :: cells(n)
+    integer, intent(in) :: cell_node(n_dim + 1, n_cell)
+    real(wp), intent(in) :: cell_residual(LANES, 4, 4)
+    real(wp), intent(inout) :: residual(n_dim + 1, n_node)
 
-    integer :: a, i, j, node
+    integer :: a, i, node
 
-    do i = 1, size(cells)
-      do a = 1, size(cell_node, 1)
+    do i = 1, n
+      do a = 1, n_dim + 1
         node = cell_node(a, cells(i))
-        do j = 1, size(residual, 1)
-          residual(j, node) = residual(j, node) + element%residual(i, j, a)
-        end do
+        residual(1, node) = residual(1, node) + cell_residual(i, 1, a)
+        residual(2, node) = residual(2, node) + cell_residual(i, 2, a)
+        residual(3, node) = residual(3, node) + cell_residual(i, 3, a)
+        if (n_dim == 3) residual(4, node) = residual(4, node) + cell_residual(i, 4, a)
       end do
     end do
 
