@@ -2,8 +2,8 @@
 submodule(swage_mechanics) swage_mechanics_contact
   implicit none(type, external)
 
-  !> Error of the forces above which the first guess of a step tells little about friction.
-  real(wp), parameter :: POOR_GUESS = 0.3_wp
+  !> Error of the forces above which the present slip tells little about that of the solution.
+  real(wp), parameter :: FAR_OFF = 0.3_wp
 
 contains
 
@@ -42,7 +42,7 @@ contains
     logical :: takes_secants
 
     takes_secants = self%needs_safe_tangent .or. &
-      (self%n_evaluation == 1 .and. (self%starts_from_rest .or. self%errors(1) > POOR_GUESS))
+      (self%n_evaluation == 1 .and. self%starts_from_rest) .or. self%errors(1) > FAR_OFF
     do i = 1, size(self%contacts)
       call self%contacts(i)%watch(takes_secants, self%matrix)
     end do
