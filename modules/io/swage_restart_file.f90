@@ -122,12 +122,16 @@ contains
     if (comm%rank == 0) call hdf5_create_file(partial, HEADER_LENGTH, broken)
     call settle_creation()
     if (status%failed()) return
+    call reserve%take(partial, room_of(snapshot, comm), comm, status)
+    if (status%failed()) then
+      if (comm%rank == 0) call remove_file(partial)
+      return
+    end if
     call hdf5_open_new_file(partial, comm, .false., file, broken)
     call settle_creation()
     if (status%failed()) return
 
-    call reserve%take(partial, room_of(snapshot, comm), comm, status)
-    if (.not. status%failed()) call write_content(file, comm, snapshot, broken)
+    call write_content(file, comm, snapshot, broken)
     call h5fclose_f(file, code)
     call note_code(code, broken)
     call reserve%give_back(partial)

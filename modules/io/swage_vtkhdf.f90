@@ -172,10 +172,10 @@ contains
     call hdf5_start(broken)
     if (comm%rank == 0) call hdf5_create_file(self%path, 0, broken)
     call settle_creation()
+    if (.not. status%failed()) call self%reserve%take(self%path, room_of(0_gp), comm, status)
     if (status%failed()) return
     call hdf5_open_new_file(self%path, comm, .true., self%file, broken)
     call settle_creation()
-    if (.not. status%failed()) call self%reserve%take(self%path, room_of(0_gp), comm, status)
     if (status%failed()) then
       call self%close()
       return
