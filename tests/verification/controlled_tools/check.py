@@ -47,7 +47,7 @@ BILLET = """
 &friction name = 'dry' kind = 'coulomb_tresca' coefficient = 0.2 regularisation_velocity = 0.01 /
 &contact name = 'top' slave = 'billet' master = 'upper' friction = 'dry' /
 &step duration = 1 increments = 20 /
-&solver tolerance = 1e-9 pressure_tolerance = 1e-9 /
+&solver tolerance = 1e-9 pressure_tolerance = 1e-9 linear_solver = 'mumps' /
 """ + STEEL
 
 CUSHION = """
