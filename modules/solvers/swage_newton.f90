@@ -16,7 +16,7 @@ module swage_newton
 
   !> Most that the solution of a correction may leave of its right-hand side, and the share of the
   !> tolerance that it may leave of an error.
-  real(wp), parameter :: LARGEST_SHARE = 3.0e-3_wp
+  real(wp), parameter :: LARGEST_SHARE = 1.0e-2_wp
   real(wp), parameter :: MARGIN = 0.1_wp
 
   !> When to stop.
