@@ -1,10 +1,10 @@
-!> Sorting of long integers.
+!> Sorting of long integers, and search in ascending lists.
 module swage_sort
-  use swage_kinds, only: gp
+  use swage_kinds, only: gp, wp
   implicit none(type, external)
   private
 
-  public :: sorting_order, find_sorted
+  public :: sorting_order, find_sorted, last_not_above
 
 contains
 
@@ -91,5 +91,26 @@ contains
     place = 0
 
   end function find_sorted
+
+  !> Place of the last of ascending values that is not above another; 0 when all are. By bisection.
+  pure function last_not_above(values, value) result(low)
+    real(wp), intent(in) :: values(:)
+    real(wp), intent(in) :: value
+    integer :: low
+
+    integer :: high, middle
+
+    low = 0
+    high = size(values) + 1
+    do while (high - low > 1)
+      middle = (low + high) / 2
+      if (values(middle) <= value) then
+        low = middle
+      else
+        high = middle
+      end if
+    end do
+
+  end function last_not_above
 
 end module swage_sort

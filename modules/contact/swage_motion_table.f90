@@ -1,6 +1,7 @@
 !> One coordinate of a motion as a function of time, piecewise linear.
 module swage_motion_table
   use swage_kinds, only: wp
+  use swage_sort, only: last_not_above
   implicit none(type, external)
   private
 
@@ -58,7 +59,7 @@ contains
 
     value = 0.0_wp
     if (.not. allocated(self%time)) return
-    i = interval(self%time, time)
+    i = last_not_above(self%time, time)
     if (i == 0) then
       value = self%value(1)
     else if (i == size(self%time)) then
@@ -77,7 +78,7 @@ contains
 
     slope = 0.0_wp
     if (.not. allocated(self%time)) return
-    slope = self%slope(interval(self%time, time))
+    slope = self%slope(last_not_above(self%time, time))
 
   end function motion_table_slope_after
 
@@ -115,26 +116,5 @@ contains
     end if
 
   end subroutine motion_table_get_slopes
-
-  !> How many of the times are not after `time`.
-  pure function interval(times, time) result(i)
-    real(wp), intent(in) :: times(:)
-    real(wp), intent(in) :: time
-    integer :: i
-
-    integer :: above, middle
-
-    i = 0
-    above = size(times) + 1
-    do while (above - i > 1)
-      middle = (i + above) / 2
-      if (times(middle) <= time) then
-        i = middle
-      else
-        above = middle
-      end if
-    end do
-
-  end function interval
 
 end module swage_motion_table

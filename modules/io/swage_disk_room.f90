@@ -7,7 +7,7 @@
 module swage_disk_room
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
   use swage_comm, only: comm_t
-  use swage_file_system, only: extend_file, file_size, set_file_size
+  use swage_file_system, only: extend_file, file_size, posix_fallocate, set_file_size
   use swage_kinds, only: gp, wp
   use swage_output_path, only: folder_of
   use swage_status, only: status_t, EXIT_FILE, STATUS_ERROR
@@ -52,17 +52,6 @@ module swage_disk_room
       integer(c_int), value, intent(in) :: mode
       integer(c_int) :: descriptor
     end function posix_creat
-
-    !> POSIX: reserve room for a part of a file; 0 or a value of errno.
-    function posix_fallocate(descriptor, offset, length) result(fault) &
-      bind(C, name='posix_fallocate')
-      import :: c_int, c_int64_t
-      implicit none(type, external)
-      integer(c_int), value, intent(in) :: descriptor
-      integer(c_int64_t), value, intent(in) :: offset
-      integer(c_int64_t), value, intent(in) :: length
-      integer(c_int) :: fault
-    end function posix_fallocate
 
     !> POSIX: close a file.
     function posix_close(descriptor) result(fault) bind(C, name='close')

@@ -10,6 +10,7 @@ module swage_file_system
   private
 
   public :: rename_file, remove_file, set_file_size, extend_file, sync_file, file_size, same_file
+  public :: posix_fallocate
 
   !> Longest path that the system resolves, with the character that ends it.
   integer, parameter :: PATH_LENGTH = 4097

@@ -13,6 +13,7 @@ module swage_grid_flow_stress
   use swage_kinds, only: wp
   use swage_material_sources, only: material_sources_t
   use swage_number, only: number_text
+  use swage_sort, only: last_not_above
   use swage_status, only: status_t
   use swage_table_file, only: COLUMN_NAME_LENGTH, table_file_read
   use swage_text, only: text
@@ -330,26 +331,5 @@ contains
     place%share = (value - values(place%low)) * place%slope
 
   end subroutine find_place
-
-  !> The last of increasing values that is not above another; 0 when all are. By bisection.
-  pure function last_not_above(values, value) result(low)
-    real(wp), intent(in) :: values(:)
-    real(wp), intent(in) :: value
-    integer :: low
-
-    integer :: high, middle
-
-    low = 0
-    high = size(values) + 1
-    do while (high - low > 1)
-      middle = (low + high) / 2
-      if (values(middle) <= value) then
-        low = middle
-      else
-        high = middle
-      end if
-    end do
-
-  end function last_not_above
 
 end module swage_grid_flow_stress
