@@ -43,6 +43,13 @@ module swage_mechanics
   !> The least strain of a step that forces and volumes are measured by: what a motion of the whole
   !> leaves in the cells is rounding.
   real(wp), parameter :: LEAST_STRAIN = 1.0e-7_wp
+  !> A step that does less work than this share of the largest so far, as one that only turns a
+  !> body, is held to that [1].
+  real(wp), parameter :: WORK_SHARE = 0.1_wp
+  !> Residuals that do no work that counts, by the scale of the force and by the least force, of
+  !> which rounding is a part: a body without stress that turns [1].
+  real(wp), parameter :: NEGLIGIBLE = 1.0e-9_wp
+  real(wp), parameter :: RESIDUAL_ROUNDING = 1.0e-5_wp
   !> Share of its volume at which a cell counts as flattened by a first guess, and halvings of the
   !> guess that prevent it.
   real(wp), parameter :: FLATTENED = 0.2_wp
@@ -91,6 +98,16 @@ module swage_mechanics
     integer :: last = 0
     integer :: material = 0
   end type cell_range_t
+
+  !> What the errors of a step are measured by: sums over the cells.
+  type :: step_size_t
+    !> Of the squared nodal forces.
+    real(wp) :: force = 0.0_wp
+    !> Of volume times equivalent strain increment.
+    real(wp) :: strained_volume = 0.0_wp
+    !> Of the size of the work in the step, as the forces at its end do it [energy].
+    real(wp) :: work = 0.0_wp
+  end type step_size_t
 
   !> A boundary with its place in the mesh.
   type :: boundary_place_t
@@ -165,8 +182,14 @@ module swage_mechanics
     real(wp), allocatable :: displacement(:, :)
     !> Kelvin [temperature]; shape (n_node).
     real(wp), allocatable :: temperature(:)
+    !> What cells gather, side by side: coordinates (3), increment (3), pressure at both ends; shape
+    !> (8, n_node).
+    real(wp), allocatable :: nodal(:, :)
 
     ! Cells
+
+    !> Mean of the temperatures around [temperature]; shape (n_cell).
+    real(wp), allocatable :: cell_temperature(:)
 
     !> Deviator at the start and end of the step, Mandel [stress]; shape (6, n_cell).
     real(wp), allocatable :: deviator(:, :), deviator_new(:, :)
@@ -242,6 +265,8 @@ module swage_mechanics
     procedure :: reject_step => mechanics_reject_step
     !> Kinematics of a batch of cells, from the unknowns at hand.
     procedure :: gather => mechanics_gather
+    !> Put side by side what `gather` takes from the nodes.
+    procedure :: pack_nodes => mechanics_pack_nodes
     !> Where the nodes are at the start of the step [length]; shape (n_dim, n_node).
     procedure :: positions => mechanics_positions
     !> Next kink of a motion or load.
@@ -325,14 +350,11 @@ module swage_mechanics
     end subroutine build_batches
 
     !> Residual and tangent of a batch of cells, and what belongs to the end of the step.
-    module subroutine evaluate_batch(self, range, cell_forces, strained_volume, status)
+    module subroutine evaluate_batch(self, range, size_of_step, status)
       implicit none(type, external)
       class(mechanics_t), intent(inout) :: self
       type(cell_range_t), intent(in) :: range
-      !> Sum of the squared nodal forces of the cells.
-      real(wp), intent(inout) :: cell_forces
-      !> Sum of volume times equivalent strain increment.
-      real(wp), intent(inout) :: strained_volume
+      type(step_size_t), intent(inout) :: size_of_step
       !> `STATUS_RETRY` when a cell is inverted or the law fails.
       type(status_t), intent(inout) :: status
     end subroutine evaluate_batch
@@ -343,6 +365,11 @@ module swage_mechanics
       class(mechanics_t), intent(inout) :: self
       type(cell_range_t), intent(in) :: range
     end subroutine mechanics_gather
+
+    pure module subroutine mechanics_pack_nodes(self)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+    end subroutine mechanics_pack_nodes
 
     !> Tractions and pressures of the boundaries.
     module subroutine apply_loads(self, moved)
@@ -537,6 +564,7 @@ contains
     end if
 
     self%starts_from_rest = .not. share > 0.0_wp
+    call find_cell_temperature(self)
     call self%times%begin(PHASE_CONTACT)
     call begin_tools(self, share)
     allocate (area(1, self%mesh%n_node))
@@ -556,6 +584,22 @@ contains
     call self%times%end(PHASE_CONTACT)
 
   end subroutine mechanics_begin_step
+
+  !> Temperatures of the cells, which do not change during a step.
+  pure subroutine find_cell_temperature(self)
+    class(mechanics_t), intent(inout) :: self
+
+    integer :: cell
+
+    if (.not. allocated(self%cell_temperature)) then
+      allocate (self%cell_temperature(self%mesh%n_cell))
+    end if
+    do cell = 1, self%mesh%n_cell
+      self%cell_temperature(cell) = sum(self%temperature(self%mesh%cell_node(:, cell))) &
+        / size(self%mesh%cell_node, 1)
+    end do
+
+  end subroutine find_cell_temperature
 
   !> With a fixed geometry coordinates stand still, but tools meet the displaced nodes.
   pure function mechanics_positions(self) result(x)
@@ -654,18 +698,18 @@ contains
     type(status_t), intent(inout) :: status
 
     real(wp), allocatable :: moved(:, :), rest(:, :), start(:, :)
-    real(wp) :: cell_forces, largest, strained_volume
+    type(step_size_t) :: size_of_step
+    real(wp) :: largest
     integer :: i
 
     call self%times%begin(PHASE_CELLS)
     self%n_evaluation = self%n_evaluation + 1
     self%residual = 0.0_wp
+    call self%pack_nodes()
     call self%matrix%renew()
     self%recommended_step = huge(1.0_wp)
-    cell_forces = 0.0_wp
-    strained_volume = 0.0_wp
     do i = 1, size(self%batches)
-      call evaluate_batch(self, self%batches(i), cell_forces, strained_volume, status)
+      call evaluate_batch(self, self%batches(i), size_of_step, status)
       if (status%failed()) exit
     end do
     call self%times%end(PHASE_CELLS)
@@ -690,18 +734,17 @@ contains
     call self%comm%max(largest)
     self%has_safe_tangent = size(self%contacts) > 0
     self%has_pending_values = largest > IMPOSED * self%cell_size .or. self%controls%falls
-    call measure_errors(self, cell_forces, strained_volume)
+    call measure_errors(self, size_of_step)
 
   end subroutine mechanics_evaluate
 
   !> Collective. Errors by the size of the forces and volume changes of the step.
-  subroutine measure_errors(self, cell_forces, strained_volume)
+  subroutine measure_errors(self, size_of_step)
     class(mechanics_t), intent(inout) :: self
-    real(wp), intent(in) :: cell_forces
-    real(wp), intent(in) :: strained_volume
+    type(step_size_t), intent(in) :: size_of_step
 
     real(wp), allocatable :: free(:, :)
-    real(wp) :: largest, sums(6)
+    real(wp) :: largest, sums(8)
     integer :: i, n, node
 
     n = self%mesh%dimension
@@ -713,6 +756,7 @@ contains
     do i = 1, self%mesh%n_own_node
       sums(1) = sums(1) + sum(free(:n, i)**2)
       sums(2) = sums(2) + free(n + 1, i)**2
+      sums(7) = sums(7) + dot_product(free(:n, i), self%increment(:, i))
       ! Reactions
       sums(3) = sums(3) + sum((self%residual(:n, i) - free(:n, i))**2)
       if (sum(free(:n, i)**2) > largest) then
@@ -727,8 +771,9 @@ contains
       sums(3) = sums(3) + sum(self%load_force(:, i)**2) &
         / max(1, size(self%boundaries(i)%node))
     end do
-    sums(4) = cell_forces
-    sums(5) = strained_volume
+    sums(4) = size_of_step%force
+    sums(5) = size_of_step%strained_volume
+    sums(8) = size_of_step%work
     sums(6) = sum(self%volume_new)
     call self%comm%sum(sums)
 
@@ -741,6 +786,11 @@ contains
     self%scales(2) = max(sums(5), LEAST_STRAIN * sums(6)) &
       / sqrt(real(self%mesh%n_node_global, wp))
     self%errors = sqrt(sums(1:2)) / self%scales
+    self%work_error = 0.0_wp
+    if (sqrt(sums(1)) > max(NEGLIGIBLE * self%scales(1), RESIDUAL_ROUNDING * self%least_force)) then
+      self%work_error = abs(sums(7)) / max(sums(8), WORK_SHARE * self%energies%largest, &
+                                           self%energies%least)
+    end if
     self%worst = ''
     if (node > 0) then
       self%worst = 'node '//text(int(self%mesh%node_tag(node)))// &

@@ -80,9 +80,8 @@ contains
       share = 1.0_wp
       if (law%fluid .and. self%dt_last > 0.0_wp) share = self%dt_last / points%dt
       associate (cells => self%cell_order(range%first:range%last))
-        call gather_nodes(element%n_dim, self%mesh%n_node, self%mesh%n_cell, n, cells, &
-                          self%mesh%cell_node, self%mesh%coordinates, self%increment, &
-                          self%pressure, self%pressure_new, self%temperature, element, points)
+        call gather_nodes(element%n_vertex, self%mesh%n_node, self%mesh%n_cell, n, cells, &
+                          self%mesh%cell_node, self%nodal, element)
         do i = 1, n
           element%deviator_old(i, :) = self%deviator(:, cells(i))
           element%log_volume_old(i) = self%log_volume(cells(i))
@@ -94,7 +93,9 @@ contains
             * (1.0_wp + STIFFENING * lost**2)
           points%cell(i) = self%mesh%cell_tag(cells(i))
           points%state_old(i, :law%n_state) = self%state(:law%n_state, cells(i))
+          points%temperature_old(i) = self%cell_temperature(cells(i))
         end do
+        points%temperature_new(:n) = points%temperature_old(:n)
       end associate
       call element%start(points)
       if (element%inverted == 0 .and. .not. self%settings%fixed_geometry) then
@@ -104,49 +105,51 @@ contains
 
   end subroutine mechanics_gather
 
+  module procedure mechanics_pack_nodes
+
+    integer :: i, n
+
+    n = self%mesh%dimension
+    do i = 1, self%mesh%n_node
+      self%nodal(:n, i) = self%mesh%coordinates(:, i)
+      self%nodal(4:3 + n, i) = self%increment(:, i)
+      self%nodal(7, i) = self%pressure(i)
+      self%nodal(8, i) = self%pressure_new(i)
+    end do
+
+  end procedure mechanics_pack_nodes
+
   !> Values at the vertices of cells.
-  pure subroutine gather_nodes(n_dim, n_node, n_cell, n, cells, cell_node, coordinates, increment, &
-                               pressure, pressure_new, temperature, element, points)
-    integer, intent(in) :: n_dim, n_node, n_cell
+  pure subroutine gather_nodes(n_vertex, n_node, n_cell, n, cells, cell_node, nodal, element)
+    integer, intent(in) :: n_vertex, n_node, n_cell
     integer, intent(in) :: n
     integer, intent(in) :: cells(n)
-    integer, intent(in) :: cell_node(n_dim + 1, n_cell)
-    real(wp), intent(in) :: coordinates(n_dim, n_node), increment(n_dim, n_node)
-    real(wp), intent(in) :: pressure(n_node), pressure_new(n_node), temperature(n_node)
+    integer, intent(in) :: cell_node(n_vertex, n_cell)
+    real(wp), intent(in) :: nodal(8, n_node)
     type(mini_batch_t), intent(inout) :: element
-    type(point_batch_t), intent(inout) :: points
 
-    real(wp) :: mean
     integer :: a, i, node
 
-    do i = 1, n
-      mean = 0.0_wp
-      do a = 1, n_dim + 1
+    do a = 1, n_vertex
+      do i = 1, n
         node = cell_node(a, cells(i))
-        element%coordinates(i, 1, a) = coordinates(1, node)
-        element%coordinates(i, 2, a) = coordinates(2, node)
-        element%displacement(i, 1, a) = increment(1, node)
-        element%displacement(i, 2, a) = increment(2, node)
-        if (n_dim == 3) then
-          element%coordinates(i, 3, a) = coordinates(3, node)
-          element%displacement(i, 3, a) = increment(3, node)
-        end if
-        element%pressure_old(i, a) = pressure(node)
-        element%pressure_new(i, a) = pressure_new(node)
-        mean = mean + temperature(node)
+        element%coordinates(i, 1, a) = nodal(1, node)
+        element%coordinates(i, 2, a) = nodal(2, node)
+        element%coordinates(i, 3, a) = nodal(3, node)
+        element%displacement(i, 1, a) = nodal(4, node)
+        element%displacement(i, 2, a) = nodal(5, node)
+        element%displacement(i, 3, a) = nodal(6, node)
+        element%pressure_old(i, a) = nodal(7, node)
+        element%pressure_new(i, a) = nodal(8, node)
       end do
-      mean = mean / (n_dim + 1)
-      points%temperature_old(i) = mean
-      points%temperature_new(i) = mean
     end do
 
   end subroutine gather_nodes
 
-  module subroutine evaluate_batch(self, range, cell_forces, strained_volume, status)
+  module subroutine evaluate_batch(self, range, size_of_step, status)
     class(mechanics_t), intent(inout) :: self
     type(cell_range_t), intent(in) :: range
-    real(wp), intent(inout) :: cell_forces
-    real(wp), intent(inout) :: strained_volume
+    type(step_size_t), intent(inout) :: size_of_step
     type(status_t), intent(inout) :: status
 
     integer :: n_failed
@@ -181,7 +184,7 @@ contains
       call scatter_forces(element%n_dim, self%mesh%n_node, self%mesh%n_cell, size(cells), cells, &
                           self%mesh%cell_node, element%residual, self%residual)
       call keep_results(self, law, cells)
-      call measure_batch(element, points, cell_forces, strained_volume)
+      call measure_batch(element, points, size_of_step)
     end associate
 
   end subroutine evaluate_batch
@@ -269,19 +272,20 @@ contains
   end subroutine keep_results
 
   !> Sizes of forces and strains.
-  pure subroutine measure_batch(element, points, cell_forces, strained_volume)
+  pure subroutine measure_batch(element, points, size_of_step)
     type(mini_batch_t), intent(in) :: element
     type(point_batch_t), intent(in) :: points
-    real(wp), intent(inout) :: cell_forces
-    real(wp), intent(inout) :: strained_volume
+    type(step_size_t), intent(inout) :: size_of_step
 
-    real(wp) :: force(LANES), strain(LANES)
-    integer :: a, j
+    real(wp) :: force(LANES), strain(LANES), work(LANES)
+    integer :: a, j, n
 
     force = 0.0_wp
+    work = 0.0_wp
     do a = 1, element%n_vertex
       do j = 1, element%n_dim
         force = force + element%residual(:, j, a)**2
+        work = work + element%residual(:, j, a) * element%displacement(:, j, a)
       end do
     end do
     strain = 0.0_wp
@@ -289,8 +293,10 @@ contains
       strain = strain + points%strain_increment(:LANES, j)**2
     end do
     strain = element%volume_new * sqrt(strain)
-    cell_forces = cell_forces + sum(force(:element%n_cell))
-    strained_volume = strained_volume + sum(strain(:element%n_cell))
+    n = element%n_cell
+    size_of_step%force = size_of_step%force + sum(force(:n))
+    size_of_step%strained_volume = size_of_step%strained_volume + sum(strain(:n))
+    size_of_step%work = size_of_step%work + sum(abs(work(:n)))
 
   end subroutine measure_batch
 

@@ -21,7 +21,7 @@ module swage_newton
 
   !> When to stop.
   type :: newton_control_t
-    !> Largest error of each field [1].
+    !> Largest error of each field [1]; the first one holds for the work, too.
     real(wp) :: tolerance(N_FIELD) = 1.0e-4_wp
     !> Iterations after which the step is given up, or since the last change of the problem by
     !> [[newton_problem_t:augment]].
@@ -42,7 +42,10 @@ module swage_newton
   type, abstract :: newton_problem_t
     !> Relative errors of the last evaluation [1].
     real(wp) :: errors(N_FIELD) = 0.0_wp
-    !> What they are relative to: sizes of forces and volumes, positive.
+    !> Work of the residual over the step by that of the step [1]: what a balance of energy misses.
+    !> Large where a body moves much and strains little; it is no merit of a correction.
+    real(wp) :: work_error = 0.0_wp
+    !> What the errors are relative to: sizes of forces and volumes, positive.
     real(wp) :: scales(N_FIELD) = 1.0_wp
     !> What the next correction may leave of its right-hand side [1], 0 for nothing.
     real(wp) :: linear_tolerance = 1.0e-10_wp
@@ -126,7 +129,9 @@ contains
     iteration = 0
     last_augmentation = 0
     do
-      do while (all(problem%errors <= control%tolerance) .and. .not. problem%has_pending_values)
+      do while (all(problem%errors <= control%tolerance) &
+                .and. problem%work_error <= control%tolerance(1) &
+                .and. .not. problem%has_pending_values)
         call problem%augment(done, status)
         if (done .or. status%failed()) return
         last_augmentation = iteration
