@@ -20,7 +20,7 @@ module swage_mechanics
   use swage_mini_element, only: mini_batch_t
   use swage_newton, only: newton_problem_t
   use swage_phase_times, only: phase_times_t, PHASE_CELLS, PHASE_CONTACT
-  use swage_point_batch, only: point_batch_t
+  use swage_point_batch, only: LANES, point_batch_t
   use swage_rigid_tool, only: rigid_tool_t
   use swage_snapshot, only: snapshot_t
   use swage_status, only: EXIT_CONVERGENCE, status_t, STATUS_RETRY
@@ -99,14 +99,14 @@ module swage_mechanics
     integer :: material = 0
   end type cell_range_t
 
-  !> What the errors of a step are measured by: sums over the cells.
+  !> What the errors of a step are measured by: sums over the cells, of each place in a batch.
   type :: step_size_t
     !> Of the squared nodal forces.
-    real(wp) :: force = 0.0_wp
+    real(wp) :: force(LANES) = 0.0_wp
     !> Of volume times equivalent strain increment.
-    real(wp) :: strained_volume = 0.0_wp
+    real(wp) :: strained_volume(LANES) = 0.0_wp
     !> Of the size of the work in the step, as the forces at its end do it [energy].
-    real(wp) :: work = 0.0_wp
+    real(wp) :: work(LANES) = 0.0_wp
   end type step_size_t
 
   !> A boundary with its place in the mesh.
@@ -182,14 +182,9 @@ module swage_mechanics
     real(wp), allocatable :: displacement(:, :)
     !> Kelvin [temperature]; shape (n_node).
     real(wp), allocatable :: temperature(:)
-    !> What cells gather, side by side: coordinates (3), increment (3), pressure at both ends; shape
-    !> (8, n_node).
-    real(wp), allocatable :: nodal(:, :)
 
     ! Cells
 
-    !> Mean of the temperatures around [temperature]; shape (n_cell).
-    real(wp), allocatable :: cell_temperature(:)
 
     !> Deviator at the start and end of the step, Mandel [stress]; shape (6, n_cell).
     real(wp), allocatable :: deviator(:, :), deviator_new(:, :)
@@ -265,8 +260,6 @@ module swage_mechanics
     procedure :: reject_step => mechanics_reject_step
     !> Kinematics of a batch of cells, from the unknowns at hand.
     procedure :: gather => mechanics_gather
-    !> Put side by side what `gather` takes from the nodes.
-    procedure :: pack_nodes => mechanics_pack_nodes
     !> Where the nodes are at the start of the step [length]; shape (n_dim, n_node).
     procedure :: positions => mechanics_positions
     !> Next kink of a motion or load.
@@ -365,11 +358,6 @@ module swage_mechanics
       class(mechanics_t), intent(inout) :: self
       type(cell_range_t), intent(in) :: range
     end subroutine mechanics_gather
-
-    pure module subroutine mechanics_pack_nodes(self)
-      implicit none(type, external)
-      class(mechanics_t), intent(inout) :: self
-    end subroutine mechanics_pack_nodes
 
     !> Tractions and pressures of the boundaries.
     module subroutine apply_loads(self, moved)
@@ -564,7 +552,6 @@ contains
     end if
 
     self%starts_from_rest = .not. share > 0.0_wp
-    call find_cell_temperature(self)
     call self%times%begin(PHASE_CONTACT)
     call begin_tools(self, share)
     allocate (area(1, self%mesh%n_node))
@@ -584,22 +571,6 @@ contains
     call self%times%end(PHASE_CONTACT)
 
   end subroutine mechanics_begin_step
-
-  !> Temperatures of the cells, which do not change during a step.
-  pure subroutine find_cell_temperature(self)
-    class(mechanics_t), intent(inout) :: self
-
-    integer :: cell
-
-    if (.not. allocated(self%cell_temperature)) then
-      allocate (self%cell_temperature(self%mesh%n_cell))
-    end if
-    do cell = 1, self%mesh%n_cell
-      self%cell_temperature(cell) = sum(self%temperature(self%mesh%cell_node(:, cell))) &
-        / size(self%mesh%cell_node, 1)
-    end do
-
-  end subroutine find_cell_temperature
 
   !> With a fixed geometry coordinates stand still, but tools meet the displaced nodes.
   pure function mechanics_positions(self) result(x)
@@ -705,7 +676,6 @@ contains
     call self%times%begin(PHASE_CELLS)
     self%n_evaluation = self%n_evaluation + 1
     self%residual = 0.0_wp
-    call self%pack_nodes()
     call self%matrix%renew()
     self%recommended_step = huge(1.0_wp)
     do i = 1, size(self%batches)
@@ -771,9 +741,9 @@ contains
       sums(3) = sums(3) + sum(self%load_force(:, i)**2) &
         / max(1, size(self%boundaries(i)%node))
     end do
-    sums(4) = size_of_step%force
-    sums(5) = size_of_step%strained_volume
-    sums(8) = size_of_step%work
+    sums(4) = sum(size_of_step%force)
+    sums(5) = sum(size_of_step%strained_volume)
+    sums(8) = sum(size_of_step%work)
     sums(6) = sum(self%volume_new)
     call self%comm%sum(sums)
 

@@ -2,7 +2,7 @@
 !> tangent.
 submodule(swage_mechanics) swage_mechanics_cells
   use swage_mini_element, only: mini_batch_create
-  use swage_point_batch, only: LANES, point_batch_create
+  use swage_point_batch, only: point_batch_create
   use swage_state_table, only: rotate_state
   implicit none(type, external)
 
@@ -80,8 +80,9 @@ contains
       share = 1.0_wp
       if (law%fluid .and. self%dt_last > 0.0_wp) share = self%dt_last / points%dt
       associate (cells => self%cell_order(range%first:range%last))
-        call gather_nodes(element%n_vertex, self%mesh%n_node, self%mesh%n_cell, n, cells, &
-                          self%mesh%cell_node, self%nodal, element)
+        call gather_nodes(element%n_dim, self%mesh%n_node, self%mesh%n_cell, n, cells, &
+                          self%mesh%cell_node, self%mesh%coordinates, self%increment, &
+                          self%pressure, self%pressure_new, self%temperature, element, points)
         do i = 1, n
           element%deviator_old(i, :) = self%deviator(:, cells(i))
           element%log_volume_old(i) = self%log_volume(cells(i))
@@ -93,9 +94,7 @@ contains
             * (1.0_wp + STIFFENING * lost**2)
           points%cell(i) = self%mesh%cell_tag(cells(i))
           points%state_old(i, :law%n_state) = self%state(:law%n_state, cells(i))
-          points%temperature_old(i) = self%cell_temperature(cells(i))
         end do
-        points%temperature_new(:n) = points%temperature_old(:n)
       end associate
       call element%start(points)
       if (element%inverted == 0 .and. .not. self%settings%fixed_geometry) then
@@ -105,43 +104,40 @@ contains
 
   end subroutine mechanics_gather
 
-  module procedure mechanics_pack_nodes
-
-    integer :: i, n
-
-    n = self%mesh%dimension
-    do i = 1, self%mesh%n_node
-      self%nodal(:n, i) = self%mesh%coordinates(:, i)
-      self%nodal(4:3 + n, i) = self%increment(:, i)
-      self%nodal(7, i) = self%pressure(i)
-      self%nodal(8, i) = self%pressure_new(i)
-    end do
-
-  end procedure mechanics_pack_nodes
-
   !> Values at the vertices of cells.
-  pure subroutine gather_nodes(n_vertex, n_node, n_cell, n, cells, cell_node, nodal, element)
-    integer, intent(in) :: n_vertex, n_node, n_cell
+  pure subroutine gather_nodes(n_dim, n_node, n_cell, n, cells, cell_node, coordinates, increment, &
+                               pressure, pressure_new, temperature, element, points)
+    integer, intent(in) :: n_dim, n_node, n_cell
     integer, intent(in) :: n
     integer, intent(in) :: cells(n)
-    integer, intent(in) :: cell_node(n_vertex, n_cell)
-    real(wp), intent(in) :: nodal(8, n_node)
+    integer, intent(in) :: cell_node(n_dim + 1, n_cell)
+    real(wp), intent(in) :: coordinates(n_dim, n_node), increment(n_dim, n_node)
+    real(wp), intent(in) :: pressure(n_node), pressure_new(n_node), temperature(n_node)
     type(mini_batch_t), intent(inout) :: element
+    type(point_batch_t), intent(inout) :: points
 
+    real(wp) :: mean
     integer :: a, i, node
 
-    do a = 1, n_vertex
-      do i = 1, n
+    do i = 1, n
+      mean = 0.0_wp
+      do a = 1, n_dim + 1
         node = cell_node(a, cells(i))
-        element%coordinates(i, 1, a) = nodal(1, node)
-        element%coordinates(i, 2, a) = nodal(2, node)
-        element%coordinates(i, 3, a) = nodal(3, node)
-        element%displacement(i, 1, a) = nodal(4, node)
-        element%displacement(i, 2, a) = nodal(5, node)
-        element%displacement(i, 3, a) = nodal(6, node)
-        element%pressure_old(i, a) = nodal(7, node)
-        element%pressure_new(i, a) = nodal(8, node)
+        element%coordinates(i, 1, a) = coordinates(1, node)
+        element%coordinates(i, 2, a) = coordinates(2, node)
+        element%displacement(i, 1, a) = increment(1, node)
+        element%displacement(i, 2, a) = increment(2, node)
+        if (n_dim == 3) then
+          element%coordinates(i, 3, a) = coordinates(3, node)
+          element%displacement(i, 3, a) = increment(3, node)
+        end if
+        element%pressure_old(i, a) = pressure(node)
+        element%pressure_new(i, a) = pressure_new(node)
+        mean = mean + temperature(node)
       end do
+      mean = mean / (n_dim + 1)
+      points%temperature_old(i) = mean
+      points%temperature_new(i) = mean
     end do
 
   end subroutine gather_nodes
@@ -271,32 +267,44 @@ contains
 
   end subroutine keep_results
 
-  !> Sizes of forces and strains.
+  !> Sizes of forces, strains and works.
   pure subroutine measure_batch(element, points, size_of_step)
     type(mini_batch_t), intent(in) :: element
     type(point_batch_t), intent(in) :: points
     type(step_size_t), intent(inout) :: size_of_step
 
     real(wp) :: force(LANES), strain(LANES), work(LANES)
-    integer :: a, j, n
+    integer :: i
 
-    force = 0.0_wp
-    work = 0.0_wp
-    do a = 1, element%n_vertex
-      do j = 1, element%n_dim
-        force = force + element%residual(:, j, a)**2
-        work = work + element%residual(:, j, a) * element%displacement(:, j, a)
+    ! In 2D the fourth vertex has neither force nor displacement
+    associate (r => element%residual, u => element%displacement, e => points%strain_increment)
+      do i = 1, LANES
+        force(i) = r(i, 1, 1)**2 + r(i, 2, 1)**2 + r(i, 1, 2)**2 + r(i, 2, 2)**2 &
+          + r(i, 1, 3)**2 + r(i, 2, 3)**2 + r(i, 1, 4)**2 + r(i, 2, 4)**2
+        work(i) = r(i, 1, 1) * u(i, 1, 1) + r(i, 2, 1) * u(i, 2, 1) &
+          + r(i, 1, 2) * u(i, 1, 2) + r(i, 2, 2) * u(i, 2, 2) &
+          + r(i, 1, 3) * u(i, 1, 3) + r(i, 2, 3) * u(i, 2, 3) &
+          + r(i, 1, 4) * u(i, 1, 4) + r(i, 2, 4) * u(i, 2, 4)
+        strain(i) = element%volume_new(i) * sqrt(e(i, 1)**2 + e(i, 2)**2 + e(i, 3)**2 &
+                                                 + e(i, 4)**2 + e(i, 5)**2 + e(i, 6)**2)
       end do
+      if (element%n_dim == 3) then
+        do i = 1, LANES
+          force(i) = force(i) + r(i, 3, 1)**2 + r(i, 3, 2)**2 + r(i, 3, 3)**2 + r(i, 3, 4)**2
+          work(i) = work(i) + r(i, 3, 1) * u(i, 3, 1) + r(i, 3, 2) * u(i, 3, 2) &
+            + r(i, 3, 3) * u(i, 3, 3) + r(i, 3, 4) * u(i, 3, 4)
+        end do
+      end if
+    end associate
+    ! Room without a cell does not count
+    do i = element%n_cell + 1, LANES
+      force(i) = 0.0_wp
+      strain(i) = 0.0_wp
+      work(i) = 0.0_wp
     end do
-    strain = 0.0_wp
-    do j = 1, 6
-      strain = strain + points%strain_increment(:LANES, j)**2
-    end do
-    strain = element%volume_new * sqrt(strain)
-    n = element%n_cell
-    size_of_step%force = size_of_step%force + sum(force(:n))
-    size_of_step%strained_volume = size_of_step%strained_volume + sum(strain(:n))
-    size_of_step%work = size_of_step%work + sum(abs(work(:n)))
+    size_of_step%force = size_of_step%force + force
+    size_of_step%strained_volume = size_of_step%strained_volume + strain
+    size_of_step%work = size_of_step%work + abs(work)
 
   end subroutine measure_batch
 

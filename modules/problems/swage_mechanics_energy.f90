@@ -108,7 +108,6 @@ contains
     real(wp) :: compliance
     integer :: batch, i
 
-    call self%pack_nodes()
     do batch = 1, size(self%batches)
       call self%gather(self%batches(batch))
       associate (law => self%materials(self%batches(batch)%material)%law)

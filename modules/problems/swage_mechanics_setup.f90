@@ -82,7 +82,6 @@ contains
       allocate (m%pressure(n_node), m%pressure_new(n_node), m%pressure_last(n_node), &
                 m%pressure_before(n_node), source=0.0_wp)
       allocate (m%temperature(n_node), source=settings%initial_temperature)
-      allocate (m%nodal(8, n_node), source=0.0_wp)
       allocate (m%support_force(n, n_node), source=0.0_wp)
       allocate (m%residual(n + 1, n_node), m%correction(n + 1, n_node), m%base(n + 1, n_node), &
                 source=0.0_wp)

@@ -240,7 +240,8 @@ contains
     allocate (names, source=linear_solver_names())
     solver%linear_solver = trim(names(1))
     call group%take('tolerance', solver%newton%tolerance(1), '1', 'Largest unbalanced force '// &
-                    'at the end of an increment, relative to internal and contact forces.', &
+                    'at the end of an increment, relative to internal and contact forces, and '// &
+                    'the work it does by that of the increment.', &
                     above=0.0_wp, below=1.0_wp)
     call group%take('pressure_tolerance', solver%newton%tolerance(2), '1', 'The same for the '// &
                     'volume equation.', above=0.0_wp, below=1.0_wp)

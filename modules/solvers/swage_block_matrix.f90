@@ -26,8 +26,9 @@ module swage_block_matrix
     integer, allocatable :: column(:)
     !> Block on the diagonal of each row; shape (n_node).
     integer(gp), allocatable :: diagonal(:)
-    !> Blocks of each cell, row vertex fastest; shape (n_vertex, n_vertex, n_cell).
-    integer(gp), allocatable :: cell_block(:, :, :)
+    !> Blocks of each cell, row vertex fastest; shape (n_vertex, n_vertex, n_cell). Short integers,
+    !> which are read faster: as many blocks as they can count take 256 GB on one rank.
+    integer, allocatable :: cell_block(:, :, :)
     !> Shape (n_slot, n_slot, n_block), rows first.
     real(wp), allocatable :: values(:, :, :)
     !> Blocks with a part that no symmetric matrix can stand for, as how friction grows with the
@@ -132,7 +133,7 @@ contains
         do a = 1, n_vertex
           if (unknowns%cell_node(a, cell) /= i) cycle
           do b = 1, n_vertex
-            matrix%cell_block(a, b, cell) = place(unknowns%cell_node(b, cell))
+            matrix%cell_block(a, b, cell) = int(place(unknowns%cell_node(b, cell)))
           end do
         end do
       end do
@@ -243,13 +244,12 @@ contains
     integer, intent(in) :: n_cell
     integer(gp), intent(in) :: n_block
     integer, intent(in) :: n
-    integer(gp), intent(in) :: cell_block(4, 4, n_cell)
+    integer, intent(in) :: cell_block(4, 4, n_cell)
     integer, intent(in) :: cells(n)
     real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
     real(wp), intent(inout) :: values(4, 4, n_block)
 
-    integer :: a, b, c, d, i
-    integer(gp) :: k
+    integer :: a, b, c, d, i, k
 
     ! The directive keeps gfortran from unrolling the loop before it finds that it is a vector
     do i = 1, n
@@ -273,13 +273,12 @@ contains
     integer, intent(in) :: n_cell
     integer(gp), intent(in) :: n_block
     integer, intent(in) :: n
-    integer(gp), intent(in) :: cell_block(3, 3, n_cell)
+    integer, intent(in) :: cell_block(3, 3, n_cell)
     integer, intent(in) :: cells(n)
     real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
     real(wp), intent(inout) :: values(3, 3, n_block)
 
-    integer :: a, b, c, d, i
-    integer(gp) :: k
+    integer :: a, b, c, d, i, k
 
     do i = 1, n
       do b = 1, 3
