@@ -3,6 +3,7 @@
 !> Each rank holds what its own cells contribute; the matrix is the sum over the ranks, which the
 !> direct solver and the matrix-vector product take at their own time.
 module swage_block_matrix
+  use swage_coupling_matrix, only: coupling_matrix_t
   use swage_halo, only: halo_t
   use swage_kinds, only: gp, wp
   use swage_point_batch, only: LANES
@@ -42,6 +43,8 @@ module swage_block_matrix
     real(wp), allocatable :: extra(:, :, :)
     !> Place of each block in the list, 0 if it has no such part; shape (n_block).
     integer, allocatable :: extra_of_block(:)
+    !> Blocks between nodes that no cell joins, where bodies touch; part of the matrix.
+    type(coupling_matrix_t), allocatable :: coupling
     !> Rows to which a cell is the first to contribute, in the order that
     !> [[block_matrix_t:expect]] was told, by cell; behind the cells those of no cell.
     type(relation_t), private :: new_rows
@@ -147,6 +150,7 @@ contains
     self%values = 0.0_wp
     self%renewing = .false.
     call forget_extra(self)
+    if (allocated(self%coupling)) call self%coupling%clear()
 
   end subroutine block_matrix_clear
 
@@ -185,6 +189,7 @@ contains
     self%renewing = .true.
     call clear_new_rows(self, size(self%cell_block, 3) + 1)
     call forget_extra(self)
+    if (allocated(self%coupling)) call self%coupling%clear()
 
   end subroutine block_matrix_renew
 
@@ -421,6 +426,7 @@ contains
                                 self%values, x, y)
     end if
     call halo%accumulate(y)
+    if (allocated(self%coupling)) call self%coupling%multiply_add(x, y)
 
   end subroutine block_matrix_multiply
 
@@ -491,6 +497,7 @@ contains
       end do
     end do
     call halo%accumulate(scale)
+    if (allocated(self%coupling)) call self%coupling%add_diagonal(scale)
     where (abs(scale) > 0.0_wp)
       scale = 1.0_wp / sqrt(abs(scale))
     else where

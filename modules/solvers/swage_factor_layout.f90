@@ -6,6 +6,7 @@
 module swage_factor_layout
   use swage_block_matrix, only: block_matrix_t
   use swage_comm, only: comm_t
+  use swage_coupling_matrix, only: coupling_matrix_t
   use swage_halo, only: halo_t
   use swage_kinds, only: gp, wp
   use swage_partition, only: order_nodes
@@ -186,7 +187,9 @@ contains
     integer :: c, i, k, n
 
     ! Row, number of columns, columns
-    allocate (sent(2 * matrix%n_node + int(matrix%n_block)))
+    n = 2 * matrix%n_node + int(matrix%n_block)
+    if (allocated(matrix%coupling)) n = n + 2 * matrix%coupling%n_node + matrix%coupling%n_block()
+    allocate (sent(n))
     k = 0
     do i = 1, matrix%n_node
       n = int(matrix%row_start(i + 1) - matrix%row_start(i))
@@ -196,6 +199,7 @@ contains
                                                                     matrix%row_start(i + 1) - 1)))
       k = k + 2 + n
     end do
+    if (allocated(matrix%coupling)) call list_coupling(matrix%coupling, sent(k + 1:))
     allocate (to(0:comm%size - 1), from(0:comm%size - 1))
     to = 0
     to(0) = size(sent)
@@ -219,6 +223,26 @@ contains
     end do
 
   end subroutine find_order
+
+  !> Rows, numbers of columns, and columns, of all ranks.
+  pure subroutine list_coupling(coupling, list)
+    type(coupling_matrix_t), intent(in) :: coupling
+    !> Shape (2 n_node + n_block).
+    integer, intent(out) :: list(:)
+
+    integer :: i, k, n
+
+    k = 0
+    do i = 1, coupling%n_node
+      n = coupling%row_start(i + 1) - coupling%row_start(i)
+      list(k + 1) = int(coupling%node_global(i))
+      list(k + 2) = n
+      list(k + 3:k + 2 + n) = int(coupling%node_global(coupling%column(coupling%row_start(i): &
+                                                         coupling%row_start(i + 1) - 1)))
+      k = k + 2 + n
+    end do
+
+  end subroutine list_coupling
 
   !> Neighbours of each node, without itself, numbered from 1.
   pure subroutine build_graph(rows, n_node, start, neighbour)

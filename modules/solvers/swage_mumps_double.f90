@@ -1,6 +1,7 @@
 !> Factors of a matrix in double precision, by MUMPS; see [[mumps_factor_t]].
 module swage_mumps_double
   use swage_block_matrix, only: block_matrix_t
+  use swage_coupling_matrix, only: coupling_matrix_t
   use swage_dmumps_header, only: mumps => dmumps, mumps_struc => dmumps_struc
   use swage_factor_layout, only: factor_layout_t, return_plan_t, UNSYMMETRIC, WITHOUT_PIVOTING
   use swage_kinds, only: gp, rp => wp, wp

@@ -210,6 +210,9 @@ contains
     real(wp) :: entries
 
     entries = real(matrix%n_block, wp) * matrix%n_slot**2
+    if (allocated(matrix%coupling)) then
+      entries = entries + real(matrix%coupling%n_block(), wp) * matrix%coupling%n_dim**2
+    end if
     call comm%sum(entries)
 
   end function count_entries

@@ -1,6 +1,7 @@
 !> Factors of a matrix in single precision, by MUMPS; see [[mumps_factor_t]].
 module swage_mumps_single
   use swage_block_matrix, only: block_matrix_t
+  use swage_coupling_matrix, only: coupling_matrix_t
   use swage_smumps_header, only: mumps => smumps, mumps_struc => smumps_struc
   use swage_factor_layout, only: factor_layout_t, return_plan_t, UNSYMMETRIC, WITHOUT_PIVOTING
   use swage_kinds, only: gp, rp => sp, wp

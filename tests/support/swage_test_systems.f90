@@ -2,6 +2,7 @@
 module swage_test_systems
   use swage_block_matrix, only: block_matrix_create, block_matrix_t
   use swage_comm, only: comm_t
+  use swage_coupling_matrix, only: coupling_matrix_create
   use swage_halo, only: halo_create, halo_t
   use swage_kinds, only: gp, wp
   use swage_point_batch, only: LANES
@@ -26,9 +27,13 @@ module swage_test_systems
     real(wp), allocatable :: dense(:, :)
     !> Number of each local node in the whole mesh; shape (n_node).
     integer, allocatable :: whole(:)
+    !> The same of the nodes that are coupled.
+    integer, allocatable :: coupled(:)
   contains
     !> Fill the matrix like that of incompressible flow: stiff, coupled, and a small negative block.
     procedure :: fill => system_fill
+    !> Collective. Couple the first nodes of the mesh with the last ones, after `fill`.
+    procedure :: couple => system_couple
     !> Collective. The whole matrix anew, after a change of the values.
     procedure :: make_dense => system_make_dense
     !> A vector of the whole mesh, on the local nodes.
@@ -216,10 +221,71 @@ contains
 
   end subroutine random_cell
 
+  !> Springs between nodes of opposite sides, each added by the rank whose turn it is, and what is
+  !> unsymmetric like friction.
+  subroutine system_couple(self, n_pair, stiffness, friction)
+    class(system_t), intent(inout) :: self
+    !> Nodes on each side; node i of one side gets springs to nodes i and i + 1 of the other.
+    integer, intent(in) :: n_pair
+    real(wp), intent(in) :: stiffness
+    !> Unsymmetric part by the stiffness [1].
+    real(wp), intent(in) :: friction
+
+    integer(gp), allocatable :: node_global(:)
+    integer, allocatable :: columns(:), rows(:), unknown_node(:), whole(:)
+    logical, allocatable :: is_own(:)
+    real(wp) :: block(3, 3), column(3, 3)
+    integer :: i, j, n, pass
+
+    n = int(self%unknowns%n_node_global)
+    allocate (whole, source=[(i, i=1, n_pair), (n - n_pair + i, i=1, n_pair)])
+    allocate (unknown_node(2 * n_pair), is_own(2 * n_pair))
+    allocate (node_global(2 * n_pair), source=0_gp)
+    do i = 1, size(whole)
+      unknown_node(i) = findloc(self%whole, whole(i), dim=1)
+      is_own(i) = unknown_node(i) > 0 .and. unknown_node(i) <= self%unknowns%n_own_node
+      if (is_own(i)) node_global(i) = self%unknowns%node_global(unknown_node(i))
+    end do
+    call self%comm%sum(node_global)
+    allocate (self%coupled, source=whole)
+    allocate (self%matrix%coupling)
+    associate (coupling => self%matrix%coupling)
+      call coupling_matrix_create(self%comm, self%unknowns%n_slot - 1, node_global, unknown_node, &
+                                  is_own, coupling)
+      ! Where friction points, and what it follows
+      column = 0.0_wp
+      column(1, 2) = friction * stiffness
+      do pass = 1, 2
+        allocate (rows(0), columns(0))
+        do i = 1, n_pair
+          do j = i, min(i + 1, n_pair)
+            if (modulo(i + j, self%comm%size) /= self%comm%rank) cycle
+            if (pass == 1) then
+              rows = [rows, i]
+              columns = [columns, n_pair + j]
+            else
+              block = stiffness * spread([1.0_wp, 0.5_wp, 0.25_wp * (i + j)], 1, 3) &
+                * spread([1.0_wp, 0.5_wp, 0.25_wp * (i + j)], 2, 3)
+              call coupling%add(i, i, block, .false.)
+              call coupling%add(n_pair + j, n_pair + j, block, .false.)
+              call coupling%add(i, n_pair + j, -block, .false.)
+              call coupling%add(n_pair + j, i, -block, .false.)
+              call coupling%add(i, n_pair + j, column, .true.)
+            end if
+          end do
+        end do
+        if (pass == 1) call coupling%expect(rows, columns)
+        deallocate (rows, columns)
+      end do
+    end associate
+    call self%make_dense()
+
+  end subroutine system_couple
+
   subroutine system_make_dense(self)
     class(system_t), intent(inout) :: self
 
-    integer :: i, j, m
+    integer :: i, j, m, place
     integer(gp) :: k
 
     m = self%unknowns%n_slot
@@ -233,6 +299,19 @@ contains
         end associate
       end do
     end do
+    if (allocated(self%matrix%coupling)) then
+      associate (coupling => self%matrix%coupling)
+        do i = 1, coupling%n_node
+          do place = coupling%row_start(i), coupling%row_start(i + 1) - 1
+            j = self%coupled(coupling%column(place))
+            associate (block => self%dense(m * (self%coupled(i) - 1) + 1:m * self%coupled(i) - 1, &
+                                           m * (j - 1) + 1:m * j - 1))
+              block = block + coupling%values(:, :, place)
+            end associate
+          end do
+        end do
+      end associate
+    end if
     do i = 1, size(self%dense, 2)
       call self%comm%sum(self%dense(:, i))
     end do

@@ -125,7 +125,7 @@ def kills(context, whole):
             process.kill()
             try:
                 swage_process.fields(context.folder / 'killed.vtkhdf')
-            except (OSError, KeyError, ValueError, IndexError):
+            except (OSError, KeyError, ValueError, IndexError, RuntimeError):
                 unreadable += 1
             # Killed before its first restart file, a run begins again
             there = any((context.folder / f'killed.restart{word}.h5').exists()

@@ -1,0 +1,395 @@
+!> Blocks between nodes of surfaces that touch, on top of the matrix of the cells: stiffness of
+!> contact and friction between bodies.
+!>
+!> Every rank knows all nodes of the surfaces, and adds blocks between any of them, whoever owns
+!> them; the matrix is the sum over the ranks. Its pattern only grows: contact that comes and goes
+!> between the same nodes leaves the factors' analysis as it is. The pattern of a rank is symmetric.
+module swage_coupling_matrix
+  use swage_comm, only: comm_t
+  use swage_kinds, only: gp, wp
+  use swage_sort, only: sorting_order
+  implicit none(type, external)
+  private
+
+  public :: coupling_matrix_t, coupling_matrix_create
+
+  type :: coupling_matrix_t
+    type(comm_t) :: comm
+    !> Rows of a block: displacements alone.
+    integer :: n_dim = 0
+    !> Nodes of the surfaces.
+    integer :: n_node = 0
+    !> Number of the unknown node of all ranks, and on this rank, 0 where it has none; (n_node).
+    integer(gp), allocatable :: node_global(:)
+    integer, allocatable :: unknown_node(:)
+    !> Whether this rank owns the unknown node; shape (n_node).
+    logical, allocatable :: is_own(:)
+    !> How often the pattern of any rank has grown.
+    integer :: version = 0
+    !> First block of each row, and one past the last of all; shape (n_node + 1).
+    integer, allocatable :: row_start(:)
+    !> Column of each block, ascending in a row; shape (n_block).
+    integer, allocatable :: column(:)
+    !> Shape (n_dim, n_dim, n_block), rows first.
+    real(wp), allocatable :: values(:, :, :)
+    !> Part of `values` that a symmetric factor is to leave out; see [[block_matrix_t]].
+    real(wp), allocatable :: unsymmetric(:, :, :)
+  contains
+    !> Blocks of this rank.
+    procedure :: n_block => coupling_matrix_n_block
+    !> Place of a block, 0 when the pattern lacks it.
+    procedure :: block_at => coupling_matrix_block_at
+    !> Collective. Let the pattern hold some pairs of nodes, and their mirrors.
+    procedure :: expect => coupling_matrix_expect
+    !> Set all values to zero.
+    procedure :: clear => coupling_matrix_clear
+    !> Add to a block of the pattern.
+    procedure :: add => coupling_matrix_add
+    !> Block of the symmetric part, without what is unsymmetric.
+    procedure :: symmetric_block => coupling_matrix_symmetric_block
+    !> Collective. Turn the blocks to local axes, and clear constrained rows and columns.
+    procedure :: impose => coupling_matrix_impose
+    !> Collective. Add the product with a vector.
+    procedure :: multiply_add => coupling_matrix_multiply_add
+    !> Collective. Add the diagonal to that of the cells.
+    procedure :: add_diagonal => coupling_matrix_add_diagonal
+    !> Collective. Values of the nodes from those of the unknown nodes' owners.
+    procedure :: gather => coupling_matrix_gather
+    !> Add values of the nodes, summed over the ranks, to all copies of the unknown nodes.
+    procedure, private :: scatter_sum => coupling_matrix_scatter_sum
+  end type coupling_matrix_t
+
+contains
+
+  !> No pair of nodes yet.
+  pure subroutine coupling_matrix_create(comm, n_dim, node_global, unknown_node, is_own, matrix)
+    type(comm_t), intent(in) :: comm
+    integer, intent(in) :: n_dim
+    !> As in the type; the first is the same on all ranks.
+    integer(gp), intent(in) :: node_global(:)
+    integer, intent(in) :: unknown_node(:)
+    logical, intent(in) :: is_own(:)
+    type(coupling_matrix_t), intent(out) :: matrix
+
+    matrix%comm = comm
+    matrix%n_dim = n_dim
+    matrix%n_node = size(node_global)
+    allocate (matrix%node_global, source=node_global)
+    allocate (matrix%unknown_node, source=unknown_node)
+    allocate (matrix%is_own, source=is_own)
+    allocate (matrix%row_start(matrix%n_node + 1), source=1)
+    allocate (matrix%column(0), matrix%values(n_dim, n_dim, 0), matrix%unsymmetric(n_dim, n_dim, 0))
+
+  end subroutine coupling_matrix_create
+
+  pure function coupling_matrix_n_block(self) result(n_block)
+    class(coupling_matrix_t), intent(in) :: self
+    integer :: n_block
+
+    n_block = 0
+    if (allocated(self%column)) n_block = size(self%column)
+
+  end function coupling_matrix_n_block
+
+  pure function coupling_matrix_block_at(self, row, column) result(place)
+    class(coupling_matrix_t), intent(in) :: self
+    integer, intent(in) :: row
+    integer, intent(in) :: column
+    integer :: place
+
+    integer :: high, low
+
+    low = self%row_start(row)
+    high = self%row_start(row + 1) - 1
+    do while (low <= high)
+      place = (low + high) / 2
+      if (self%column(place) == column) return
+      if (self%column(place) < column) then
+        low = place + 1
+      else
+        high = place - 1
+      end if
+    end do
+    place = 0
+
+  end function coupling_matrix_block_at
+
+  !> Values are zero afterwards when the pattern has grown.
+  subroutine coupling_matrix_expect(self, rows, columns)
+    class(coupling_matrix_t), intent(inout) :: self
+    !> Pairs of nodes, in any order, repeated or not.
+    integer, intent(in) :: rows(:)
+    integer, intent(in) :: columns(:)
+
+    integer(gp), allocatable :: keys(:)
+    integer :: grows, i, n_old, n_pair
+
+    n_pair = size(rows)
+    n_old = size(self%column)
+    grows = 0
+    do i = 1, n_pair
+      if (self%block_at(rows(i), columns(i)) == 0) then
+        grows = 1
+        exit
+      end if
+    end do
+    call self%comm%max(grows)
+    if (grows == 0) return
+
+    ! Rows by columns as single numbers: old blocks, pairs, their mirrors, the diagonal
+    allocate (keys(n_old + 2 * n_pair + self%n_node))
+    do i = 1, self%n_node
+      keys(self%row_start(i):self%row_start(i + 1) - 1) = &
+        key_of(self%n_node, i, self%column(self%row_start(i):self%row_start(i + 1) - 1))
+    end do
+    keys(n_old + 1:n_old + n_pair) = key_of(self%n_node, rows, columns)
+    keys(n_old + n_pair + 1:n_old + 2 * n_pair) = key_of(self%n_node, columns, rows)
+    keys(n_old + 2 * n_pair + 1:) = [(key_of(self%n_node, i, i), i=1, self%n_node)]
+    call set_pattern(self, keys(sorting_order(keys)))
+    self%version = self%version + 1
+
+  end subroutine coupling_matrix_expect
+
+  !> Number of a pair.
+  elemental function key_of(n_node, row, column) result(key)
+    integer, intent(in) :: n_node
+    integer, intent(in) :: row, column
+    integer(gp) :: key
+
+    key = int(row - 1, gp) * n_node + column
+
+  end function key_of
+
+  !> Rows and columns from sorted keys.
+  pure subroutine set_pattern(matrix, keys)
+    type(coupling_matrix_t), intent(inout) :: matrix
+    !> Ascending; may repeat.
+    integer(gp), intent(in) :: keys(:)
+
+    integer(gp) :: last
+    integer :: i, n, row
+
+    n = 0
+    last = 0_gp
+    do i = 1, size(keys)
+      if (keys(i) /= last) n = n + 1
+      last = keys(i)
+    end do
+    deallocate (matrix%column, matrix%values, matrix%unsymmetric)
+    allocate (matrix%column(n))
+    allocate (matrix%values(matrix%n_dim, matrix%n_dim, n), source=0.0_wp)
+    allocate (matrix%unsymmetric(matrix%n_dim, matrix%n_dim, n), source=0.0_wp)
+    matrix%row_start = 0
+    n = 0
+    last = 0_gp
+    do i = 1, size(keys)
+      if (keys(i) == last) cycle
+      last = keys(i)
+      n = n + 1
+      row = int((keys(i) - 1_gp) / matrix%n_node) + 1
+      matrix%column(n) = int(keys(i) - int(row - 1, gp) * matrix%n_node)
+      matrix%row_start(row + 1) = matrix%row_start(row + 1) + 1
+    end do
+    matrix%row_start(1) = 1
+    do i = 1, matrix%n_node
+      matrix%row_start(i + 1) = matrix%row_start(i) + matrix%row_start(i + 1)
+    end do
+
+  end subroutine set_pattern
+
+  pure subroutine coupling_matrix_clear(self)
+    class(coupling_matrix_t), intent(inout) :: self
+
+    self%values = 0.0_wp
+    self%unsymmetric = 0.0_wp
+
+  end subroutine coupling_matrix_clear
+
+  pure subroutine coupling_matrix_add(self, row, column, block, is_unsymmetric)
+    class(coupling_matrix_t), intent(inout) :: self
+    !> Nodes of a block that the pattern has.
+    integer, intent(in) :: row
+    integer, intent(in) :: column
+    !> Its leading n_dim rows and columns count.
+    real(wp), intent(in) :: block(:, :)
+    !> True for what a symmetric factor is to leave out.
+    logical, intent(in) :: is_unsymmetric
+
+    integer :: n, place
+
+    n = self%n_dim
+    place = self%block_at(row, column)
+    self%values(:, :, place) = self%values(:, :, place) + block(:n, :n)
+    if (.not. is_unsymmetric) return
+    self%unsymmetric(:, :, place) = self%unsymmetric(:, :, place) + block(:n, :n)
+
+  end subroutine coupling_matrix_add
+
+  !> Half of a block and of the transpose of its mirror, as far as this rank knows them.
+  pure subroutine coupling_matrix_symmetric_block(self, row, place, part)
+    class(coupling_matrix_t), intent(in) :: self
+    !> Row of the block, and its place.
+    integer, intent(in) :: row
+    integer, intent(in) :: place
+    !> Shape (n_dim, n_dim).
+    real(wp), intent(out) :: part(:, :)
+
+    integer :: mirror
+
+    mirror = self%block_at(self%column(place), row)
+    part = 0.5_wp * (self%values(:, :, place) - self%unsymmetric(:, :, place) &
+                     + transpose(self%values(:, :, mirror) - self%unsymmetric(:, :, mirror)))
+
+  end subroutine coupling_matrix_symmetric_block
+
+  !> As constraints do with the matrix of the cells; the diagonal of constrained rows is theirs.
+  subroutine coupling_matrix_impose(self, n_direction, axes, rest, load)
+    class(coupling_matrix_t), intent(inout) :: self
+    !> Constrained directions of each unknown node of this rank; shape (n unknown nodes).
+    integer, intent(in) :: n_direction(:)
+    !> Local axes as columns, the constrained ones first; (n_dim, n_dim, n unknown nodes).
+    real(wp), intent(in) :: axes(:, :, :)
+    !> Prescribed rest along the local axes, zero where free; (n_dim or more, n unknown nodes).
+    real(wp), intent(in) :: rest(:, :)
+    !> What the rest gives on the right-hand side is added, on every copy; shape of `rest`.
+    real(wp), intent(inout) :: load(:, :)
+
+    real(wp), allocatable :: all_axes(:, :), all_rest(:, :), count_of(:, :), product(:, :)
+    integer :: i, j, k, n
+
+    n = self%n_dim
+    allocate (all_axes(n * n, self%n_node), all_rest(n, self%n_node), count_of(1, self%n_node))
+    call self%gather(reshape(real(n_direction, wp), [1, size(n_direction)]), count_of)
+    call self%gather(reshape(axes, [n * n, size(axes, 3)]), all_axes)
+    call self%gather(rest(:n, :), all_rest)
+    allocate (product(n, self%n_node), source=0.0_wp)
+    do i = 1, self%n_node
+      do k = self%row_start(i), self%row_start(i + 1) - 1
+        j = self%column(k)
+        call turn(self%values(:, :, k), all_axes(:, i), all_axes(:, j))
+        call turn(self%unsymmetric(:, :, k), all_axes(:, i), all_axes(:, j))
+        product(:, i) = product(:, i) + matmul(self%values(:, :, k), all_rest(:, j))
+        call clear_constrained(self%values(:, :, k), nint(count_of(1, i)), nint(count_of(1, j)))
+        call clear_constrained(self%unsymmetric(:, :, k), nint(count_of(1, i)), &
+                               nint(count_of(1, j)))
+      end do
+    end do
+    call self%scatter_sum(product, load)
+
+  end subroutine coupling_matrix_impose
+
+  !> A block along the local axes of its nodes.
+  pure subroutine turn(block, row_axes, column_axes)
+    real(wp), intent(inout) :: block(:, :)
+    !> Columns one after the other.
+    real(wp), intent(in) :: row_axes(:), column_axes(:)
+
+    real(wp) :: a(size(block, 1), size(block, 1)), b(size(block, 1), size(block, 1))
+
+    a = reshape(row_axes, shape(a))
+    b = reshape(column_axes, shape(b))
+    a = matmul(transpose(a), block)
+    block = matmul(a, b)
+
+  end subroutine turn
+
+  !> Set constrained rows and columns to zero.
+  pure subroutine clear_constrained(block, n_row, n_column)
+    real(wp), intent(inout) :: block(:, :)
+    integer, intent(in) :: n_row, n_column
+
+    block(:n_row, :) = 0.0_wp
+    block(:, :n_column) = 0.0_wp
+
+  end subroutine clear_constrained
+
+  subroutine coupling_matrix_multiply_add(self, x, y)
+    class(coupling_matrix_t), intent(in) :: self
+    !> Right on own unknown nodes; shape (n_dim or more, n unknown nodes).
+    real(wp), intent(in) :: x(:, :)
+    !> Added to on every copy; shape of `x`.
+    real(wp), intent(inout) :: y(:, :)
+
+    real(wp), allocatable :: all_x(:, :), product(:, :)
+    integer :: i, k
+
+    allocate (all_x(self%n_dim, self%n_node))
+    call self%gather(x(:self%n_dim, :), all_x)
+    allocate (product(self%n_dim, self%n_node), source=0.0_wp)
+    do i = 1, self%n_node
+      do k = self%row_start(i), self%row_start(i + 1) - 1
+        product(:, i) = product(:, i) + matmul(self%values(:, :, k), all_x(:, self%column(k)))
+      end do
+    end do
+    call self%scatter_sum(product, y)
+
+  end subroutine coupling_matrix_multiply_add
+
+  subroutine coupling_matrix_add_diagonal(self, diagonal)
+    class(coupling_matrix_t), intent(in) :: self
+    !> On every copy; shape (n_dim or more, n unknown nodes).
+    real(wp), intent(inout) :: diagonal(:, :)
+
+    real(wp), allocatable :: mine(:, :)
+    integer :: c, i, place
+
+    allocate (mine(self%n_dim, self%n_node), source=0.0_wp)
+    do i = 1, self%n_node
+      place = self%block_at(i, i)
+      if (place == 0) cycle
+      mine(:, i) = [(self%values(c, c, place), c=1, self%n_dim)]
+    end do
+    call self%scatter_sum(mine, diagonal)
+
+  end subroutine coupling_matrix_add_diagonal
+
+  subroutine coupling_matrix_gather(self, values, gathered)
+    class(coupling_matrix_t), intent(in) :: self
+    !> Shape (n_component, n unknown nodes).
+    real(wp), intent(in) :: values(:, :)
+    !> Shape (n_component, n_node).
+    real(wp), contiguous, intent(out) :: gathered(:, :)
+
+    integer :: i
+
+    gathered = 0.0_wp
+    do i = 1, self%n_node
+      if (self%is_own(i)) gathered(:, i) = values(:, self%unknown_node(i))
+    end do
+    call sum_over_ranks(self%comm, gathered)
+
+  end subroutine coupling_matrix_gather
+
+  subroutine coupling_matrix_scatter_sum(self, mine, values)
+    class(coupling_matrix_t), intent(in) :: self
+    !> Of this rank; shape (n_dim, n_node).
+    real(wp), contiguous, intent(inout) :: mine(:, :)
+    !> Shape (n_dim or more, n unknown nodes).
+    real(wp), intent(inout) :: values(:, :)
+
+    integer :: i, n
+
+    n = self%n_dim
+    call sum_over_ranks(self%comm, mine)
+    do i = 1, self%n_node
+      associate (node => self%unknown_node(i))
+        if (node > 0) values(:n, node) = values(:n, node) + mine(:, i)
+      end associate
+    end do
+
+  end subroutine coupling_matrix_scatter_sum
+
+  !> Collective.
+  subroutine sum_over_ranks(comm, table)
+    type(comm_t), intent(in) :: comm
+    real(wp), contiguous, target, intent(inout) :: table(:, :)
+
+    real(wp), pointer :: list(:)
+
+    if (comm%size == 1) return
+    list(1:size(table)) => table
+    call comm%sum(list)
+
+  end subroutine sum_over_ranks
+
+end module swage_coupling_matrix
