@@ -18,6 +18,11 @@ module swage_newton
   !> tolerance that it may leave of an error.
   real(wp), parameter :: LARGEST_SHARE = 1.0e-2_wp
   real(wp), parameter :: MARGIN = 0.1_wp
+  !> Errors from which corrections are uncertain enough [1], and what their solution may leave then:
+  !> the first step of an upsetting with 30 thousand nodes takes 14 iterations with it, and does not
+  !> converge without.
+  real(wp), parameter :: FAR = 0.1_wp
+  real(wp), parameter :: FAR_SHARE = 3.0e-3_wp
 
   !> When to stop.
   type :: newton_control_t
@@ -250,7 +255,7 @@ contains
     real(wp), intent(in) :: tolerance(:)
     real(wp) :: share
 
-    share = LARGEST_SHARE
+    share = merge(FAR_SHARE, LARGEST_SHARE, maxval(now) > FAR)
     if (any(before > 0.0_wp)) then
       share = min(share, (maxval(now / tolerance) / maxval(before / tolerance))**2)
     end if
