@@ -1,0 +1,427 @@
+!> A deformable surface that takes part in contact: its facets, their normals, areas and boxes.
+!>
+!> Facets are flat: lines in the plane, triangles in space, outward oriented. At each node the
+!> facets around it fall into sectors, within which the surface is smooth: neighbours belong
+!> together when their normals differ by less than the feature angle. Each sector has a normal, the
+!> mean of those of its facets, in space weighted by their angles at the node. Sectors and areas
+!> are those of the start of the step, everything else is of the present iterate.
+module swage_contact_surface
+  use swage_bounding_tree, only: bounding_tree_create, bounding_tree_t
+  use swage_kinds, only: wp
+  use swage_rotation, only: cross_product, normalised
+  implicit none(type, external)
+  private
+
+  public :: contact_surface_t, contact_surface_create
+  public :: DEFAULT_FEATURE_ANGLE
+
+  !> Angle between the normals of neighbours from which on an edge is sharp, 40 degrees [radian].
+  real(wp), parameter :: DEFAULT_FEATURE_ANGLE = 40.0_wp / 180.0_wp * acos(-1.0_wp)
+
+  real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
+  !> Next corner of a triangle.
+  integer, parameter :: NEXT(3) = [2, 3, 1]
+
+  !> Node numbers are places in a list of surface nodes that is common to all surfaces.
+  type :: contact_surface_t
+    !> Dimensions of the problem, and corners of a facet.
+    integer :: n_dim = 0
+    integer :: n_facet = 0
+    logical :: axisymmetric = .false.
+    real(wp) :: feature_angle = DEFAULT_FEATURE_ANGLE
+    !> Corners; shape (n_dim, n_facet). In the plane the body lies to the left of the way from the
+    !> first to the second; in space the order is counter-clockwise seen from outside.
+    integer, allocatable :: facet(:, :)
+    !> Nodes of the surface, ascending.
+    integer, allocatable :: node(:)
+    !> Facets around node k: `around(first(k):first(k + 1) - 1)`, ascending, and which of their
+    !> corners it is.
+    integer, allocatable :: first(:), around(:), around_corner(:)
+    !> Facet beyond each side, 0 at a rim; shape (n_dim, n_facet). In the plane that beyond a
+    !> corner, in space that beyond the side from a corner to the next.
+    integer, allocatable :: neighbour(:, :)
+    !> Sector of each corner; shape (n_dim, n_facet).
+    integer, allocatable :: sector(:, :)
+    integer :: n_sector = 0
+    !> At the start of the step: length or area of the facets [length], [length^2], distance of
+    !> their corners from the axis [length], shapes (n_facet), (n_dim, n_facet); area of the nodes
+    !> [length^2], in the plane for a unit thickness; shape (n_node).
+    real(wp), allocatable :: extent(:), radius(:, :), area(:)
+    !> Positions of the nodes, only those of this surface are looked at [length]; shape (3, n_node).
+    real(wp), allocatable :: x(:, :)
+    !> Unit normals of the facets and of the sectors; shapes (3, n_facet), (3, n_sector).
+    real(wp), allocatable :: normal(:, :), sector_normal(:, :)
+    type(bounding_tree_t) :: tree
+  contains
+    !> Take new positions as those of the start of a step.
+    procedure :: begin_step => contact_surface_begin_step
+    !> Take new positions.
+    procedure :: update => contact_surface_update
+    !> Positions of the corners of a facet.
+    procedure :: corners => contact_surface_corners
+    !> The point of a facet with given weights of its corners.
+    procedure :: point => contact_surface_point
+    !> Area of a whole facet by the density at a point, with the turn in an axisymmetric problem.
+    procedure :: measure => contact_surface_measure
+    !> Integrals of the products of two shape functions over a facet.
+    procedure :: mass => contact_surface_mass
+    !> Gradients of the weights of the corners along a facet.
+    procedure :: gradients => contact_surface_gradients
+    !> True when the facets of a node look towards a surface with the given normal.
+    procedure :: faces => contact_surface_faces
+  end type contact_surface_t
+
+contains
+
+  !> Make a surface without positions; call `begin_step` next.
+  pure subroutine contact_surface_create(n_dim, axisymmetric, facet, n_node, feature_angle, surface)
+    integer, intent(in) :: n_dim
+    logical, intent(in) :: axisymmetric
+    !> Shape (n_dim, n_facet).
+    integer, intent(in) :: facet(:, :)
+    !> Surface nodes, of all surfaces.
+    integer, intent(in) :: n_node
+    !> [radian]
+    real(wp), intent(in) :: feature_angle
+    type(contact_surface_t), intent(out) :: surface
+
+    integer :: a, f, k, n
+    integer, allocatable :: place(:)
+
+    surface%n_dim = n_dim
+    surface%n_facet = size(facet, 2)
+    surface%axisymmetric = axisymmetric
+    surface%feature_angle = feature_angle
+    allocate (surface%facet, source=facet)
+
+    allocate (surface%first(n_node + 1), source=0)
+    do f = 1, surface%n_facet
+      do a = 1, n_dim
+        surface%first(facet(a, f) + 1) = surface%first(facet(a, f) + 1) + 1
+      end do
+    end do
+    allocate (surface%node(count(surface%first > 0)))
+    n = 0
+    surface%first(1) = 1
+    do k = 1, n_node
+      if (surface%first(k + 1) > 0) then
+        n = n + 1
+        surface%node(n) = k
+      end if
+      surface%first(k + 1) = surface%first(k) + surface%first(k + 1)
+    end do
+    allocate (surface%around(n_dim * surface%n_facet))
+    allocate (surface%around_corner(n_dim * surface%n_facet))
+    allocate (place, source=surface%first)
+    do f = 1, surface%n_facet
+      do a = 1, n_dim
+        k = facet(a, f)
+        surface%around(place(k)) = f
+        surface%around_corner(place(k)) = a
+        place(k) = place(k) + 1
+      end do
+    end do
+    call find_neighbours(surface)
+
+    allocate (surface%extent(surface%n_facet), surface%radius(n_dim, surface%n_facet), &
+              surface%area(n_node), surface%x(3, n_node), surface%normal(3, surface%n_facet), &
+              source=0.0_wp)
+    allocate (surface%sector(n_dim, surface%n_facet), source=0)
+    allocate (surface%sector_normal(3, 0))
+
+  end subroutine contact_surface_create
+
+  !> Where more than two facets meet, there is a rim.
+  pure subroutine find_neighbours(surface)
+    type(contact_surface_t), intent(inout) :: surface
+
+    integer :: a, f, found, i, n_found, node
+
+    allocate (surface%neighbour(surface%n_dim, surface%n_facet), source=0)
+    do f = 1, surface%n_facet
+      do a = 1, surface%n_dim
+        node = surface%facet(a, f)
+        found = 0
+        n_found = 0
+        do i = surface%first(node), surface%first(node + 1) - 1
+          if (surface%around(i) == f) cycle
+          if (surface%n_dim == 3) then
+            if (all(surface%facet(:, surface%around(i)) /= surface%facet(NEXT(a), f))) cycle
+          end if
+          found = surface%around(i)
+          n_found = n_found + 1
+        end do
+        if (n_found == 1) surface%neighbour(a, f) = found
+      end do
+    end do
+
+  end subroutine find_neighbours
+
+  pure subroutine contact_surface_begin_step(self, x)
+    class(contact_surface_t), intent(inout) :: self
+    !> [length]; shape (3, n_node).
+    real(wp), intent(in) :: x(:, :)
+
+    integer :: a, f
+    real(wp) :: mass(3, 3)
+
+    self%x = x
+    call find_facet_normals(self)
+    call find_sectors(self)
+    self%area = 0.0_wp
+    do f = 1, self%n_facet
+      associate (node => self%facet(:, f))
+        if (self%n_dim == 2) then
+          self%extent(f) = norm2(x(:, node(2)) - x(:, node(1)))
+        else
+          self%extent(f) = 0.5_wp * norm2(cross_product(x(:, node(2)) - x(:, node(1)), &
+                                                        x(:, node(3)) - x(:, node(1))))
+        end if
+        self%radius(:, f) = x(1, node)
+        mass = self%mass(f)
+        do a = 1, self%n_dim
+          self%area(node(a)) = self%area(node(a)) + sum(mass(:, a))
+        end do
+      end associate
+    end do
+    call self%update(x)
+
+  end subroutine contact_surface_begin_step
+
+  pure subroutine contact_surface_update(self, x)
+    class(contact_surface_t), intent(inout) :: self
+    !> [length]; shape (3, n_node).
+    real(wp), intent(in) :: x(:, :)
+
+    integer :: a, f, s
+    real(wp) :: angle, backward(3), forward(3)
+    real(wp), allocatable :: lower(:, :), upper(:, :)
+
+    self%x = x
+    call find_facet_normals(self)
+    self%sector_normal = 0.0_wp
+    do f = 1, self%n_facet
+      do a = 1, self%n_dim
+        angle = 1.0_wp
+        if (self%n_dim == 3) then
+          associate (node => self%facet(:, f))
+            forward = x(:, node(NEXT(a))) - x(:, node(a))
+            backward = x(:, node(NEXT(NEXT(a)))) - x(:, node(a))
+            angle = atan2(norm2(cross_product(forward, backward)), dot_product(forward, backward))
+          end associate
+        end if
+        s = self%sector(a, f)
+        self%sector_normal(:, s) = self%sector_normal(:, s) + angle * self%normal(:, f)
+      end do
+    end do
+    do s = 1, self%n_sector
+      self%sector_normal(:, s) = normalised(self%sector_normal(:, s))
+    end do
+
+    allocate (lower(3, self%n_facet), upper(3, self%n_facet))
+    do f = 1, self%n_facet
+      lower(:, f) = minval(x(:, self%facet(:, f)), dim=2)
+      upper(:, f) = maxval(x(:, self%facet(:, f)), dim=2)
+    end do
+    call bounding_tree_create(lower, upper, self%tree)
+
+  end subroutine contact_surface_update
+
+  pure subroutine find_facet_normals(surface)
+    type(contact_surface_t), intent(inout) :: surface
+
+    integer :: f
+    real(wp) :: forward(3)
+
+    do f = 1, surface%n_facet
+      associate (node => surface%facet(:, f), x => surface%x)
+        forward = x(:, node(2)) - x(:, node(1))
+        if (surface%n_dim == 2) then
+          surface%normal(:, f) = normalised([forward(2), -forward(1), 0.0_wp])
+        else
+          surface%normal(:, f) = normalised(cross_product(forward, x(:, node(3)) - x(:, node(1))))
+        end if
+      end associate
+    end do
+
+  end subroutine find_facet_normals
+
+  !> Join the facets around each node over their common sides, where these are not sharp.
+  pure subroutine find_sectors(surface)
+    type(contact_surface_t), intent(inout) :: surface
+
+    integer :: i, j, joined, k, n_around, node
+    integer, allocatable :: part(:)
+    real(wp) :: smallest
+
+    allocate (part(maxval(surface%first(2:) - surface%first(:size(surface%first) - 1))))
+    smallest = cos(surface%feature_angle)
+    surface%n_sector = 0
+    do k = 1, size(surface%node)
+      node = surface%node(k)
+      n_around = surface%first(node + 1) - surface%first(node)
+      associate (around => surface%around(surface%first(node):surface%first(node + 1) - 1), &
+                 corner => surface%around_corner(surface%first(node):surface%first(node + 1) - 1))
+        do i = 1, n_around
+          part(i) = i
+        end do
+        do i = 2, n_around
+          do j = 1, i - 1
+            if (part(j) == part(i)) cycle
+            if (.not. share_side(surface, around(i), around(j), node)) cycle
+            if (dot_product(surface%normal(:, around(i)), surface%normal(:, around(j))) &
+                < smallest) cycle
+            joined = part(i)
+            where (part(:i) == joined) part(:i) = part(j)
+          end do
+        end do
+        do i = 1, n_around
+          if (part(i) == i) then
+            surface%n_sector = surface%n_sector + 1
+            surface%sector(corner(i), around(i)) = surface%n_sector
+          end if
+        end do
+        ! A part is called by one of its members
+        do i = 1, n_around
+          surface%sector(corner(i), around(i)) = surface%sector(corner(part(i)), around(part(i)))
+        end do
+      end associate
+    end do
+    deallocate (surface%sector_normal)
+    allocate (surface%sector_normal(3, surface%n_sector))
+
+  end subroutine find_sectors
+
+  !> True when two facets around a node have a side there in common.
+  pure function share_side(surface, one, other, node) result(shared)
+    type(contact_surface_t), intent(in) :: surface
+    integer, intent(in) :: one
+    integer, intent(in) :: other
+    integer, intent(in) :: node
+    logical :: shared
+
+    integer :: a
+
+    shared = surface%n_dim == 2
+    do a = 1, surface%n_dim
+      if (surface%facet(a, one) == node) cycle
+      shared = shared .or. any(surface%facet(:, other) == surface%facet(a, one))
+    end do
+
+  end function share_side
+
+  pure function contact_surface_corners(self, facet) result(corner)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    !> [length]; in the plane the third is zero.
+    real(wp) :: corner(3, 3)
+
+    corner(:, 3) = 0.0_wp
+    corner(:, :self%n_dim) = self%x(:, self%facet(:, facet))
+
+  end function contact_surface_corners
+
+  pure function contact_surface_point(self, facet, weight) result(x)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    real(wp), intent(in) :: weight(3)
+    !> [length]
+    real(wp) :: x(3)
+
+    integer :: a
+
+    x = 0.0_wp
+    do a = 1, self%n_dim
+      x = x + weight(a) * self%x(:, self%facet(a, facet))
+    end do
+
+  end function contact_surface_point
+
+  pure function contact_surface_measure(self, facet, weight) result(area)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    !> Of the corners at the point.
+    real(wp), intent(in) :: weight(3)
+    !> [length^2]; at the start of the step.
+    real(wp) :: area
+
+    area = self%extent(facet)
+    if (self%axisymmetric) then
+      area = area * TWO_PI * dot_product(weight(:self%n_dim), self%radius(:, facet))
+    end if
+
+  end function contact_surface_measure
+
+  pure function contact_surface_mass(self, facet) result(mass)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    !> [length^2]; at the start of the step; zero beyond the corners.
+    real(wp) :: mass(3, 3)
+
+    integer :: a, b, c, n
+
+    n = self%n_dim
+    mass = 0.0_wp
+    do b = 1, n
+      do a = 1, n
+        if (self%axisymmetric) then
+          ! Of three linear functions on a line: 1/4 when all are the same, else 1/12
+          do c = 1, n
+            mass(a, b) = mass(a, b) + TWO_PI * self%extent(facet) * self%radius(c, facet) &
+              * merge(3.0_wp, 1.0_wp, a == b .and. b == c) / 12.0_wp
+          end do
+        else
+          mass(a, b) = self%extent(facet) * merge(2.0_wp, 1.0_wp, a == b) / (n * (n + 1))
+        end if
+      end do
+    end do
+
+  end function contact_surface_mass
+
+  pure function contact_surface_gradients(self, facet) result(gradient)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    !> Of the weight of each corner, in the plane of the facet [1/length].
+    real(wp) :: gradient(3, 3)
+
+    integer :: a
+    real(wp) :: along(3), area_vector(3)
+
+    gradient = 0.0_wp
+    associate (node => self%facet(:, facet), x => self%x)
+      if (self%n_dim == 2) then
+        along = x(:, node(2)) - x(:, node(1))
+        gradient(:, 2) = along / dot_product(along, along)
+        gradient(:, 1) = -gradient(:, 2)
+      else
+        area_vector = cross_product(x(:, node(2)) - x(:, node(1)), x(:, node(3)) - x(:, node(1)))
+        area_vector = area_vector / dot_product(area_vector, area_vector)
+        do a = 1, 3
+          along = x(:, node(NEXT(NEXT(a)))) - x(:, node(NEXT(a)))
+          gradient(:, a) = cross_product(area_vector, along)
+        end do
+      end if
+    end associate
+
+  end function contact_surface_gradients
+
+  pure function contact_surface_faces(self, node, normal, limit) result(is_facing)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: node
+    !> Out of the other surface.
+    real(wp), intent(in) :: normal(3)
+    !> Largest cosine of the angle between the normals.
+    real(wp), intent(in) :: limit
+    logical :: is_facing
+
+    integer :: i
+
+    is_facing = .false.
+    do i = self%first(node), self%first(node + 1) - 1
+      is_facing = is_facing .or. dot_product( &
+        self%sector_normal(:, self%sector(self%around_corner(i), self%around(i))), normal) <= limit
+    end do
+
+  end function contact_surface_faces
+
+end module swage_contact_surface

@@ -1,0 +1,104 @@
+!> Contact of a slave with a master: conditions at points of the slave alone.
+!>
+!> At its nodes (`nodal`), at the middle of its facets (`one_point`: reduced integration) or at
+!> quadrature points of them (`full`). The master gets the reaction. The forces are the gradient of
+!> the energy of the penalty, save that smoothed normals count as fixed in it.
+!> Source: eq. 10 of the paper in docs/theory.
+module swage_master_slave
+  use swage_contact_conditions, only: condition_list_t, node_conditions, point_conditions
+  use swage_contact_formulation, only: contact_choice_t, contact_formulation_t
+  use swage_contact_pair, only: contact_pair_t
+  use swage_contact_rows, only: contact_blocks_t, contact_rows_t
+  use swage_kinds, only: wp
+  implicit none(type, external)
+  private
+
+  public :: master_slave_t, master_slave_create
+
+  type, extends(contact_formulation_t) :: master_slave_t
+    private
+    !> Quadrature points of a facet; 0 for conditions at the nodes.
+    integer :: n_point = 0
+    type(condition_list_t) :: list
+  contains
+    procedure :: count_conditions => master_slave_count_conditions
+    procedure :: evaluate => master_slave_evaluate
+    procedure :: stiffness => master_slave_stiffness
+  end type master_slave_t
+
+contains
+
+  subroutine master_slave_create(choice, formulation)
+    !> `variant` and `n_point` count.
+    type(contact_choice_t), intent(in) :: choice
+    class(contact_formulation_t), allocatable, intent(out) :: formulation
+
+    type(master_slave_t), allocatable :: made
+
+    allocate (made)
+    select case (choice%variant)
+    case ('one_point')
+      made%n_point = 1
+    case ('full')
+      made%n_point = choice%n_point
+    case default
+      made%n_point = 0
+    end select
+    call move_alloc(made, formulation)
+
+  end subroutine master_slave_create
+
+  pure function master_slave_count_conditions(self, pair) result(n_condition)
+    class(master_slave_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer :: n_condition
+
+    n_condition = pair%n_node
+    if (self%n_point > 0) n_condition = self%n_point * pair%slave%n_facet
+
+  end function master_slave_count_conditions
+
+  !> See [[contact_formulation_t:evaluate]].
+  subroutine master_slave_evaluate(self, pair, mine, rows)
+    class(master_slave_t), intent(inout) :: self
+    type(contact_pair_t), intent(in) :: pair
+    logical, intent(in) :: mine(:)
+    type(contact_rows_t), intent(inout) :: rows
+
+    integer :: i
+
+    self%list%n = 0
+    if (self%n_point == 0) then
+      call node_conditions(pair, pair%slave, pair%master, mine, self%list)
+    else
+      call point_conditions(pair, pair%slave, pair%master, self%n_point, 0, mine, self%list)
+    end if
+    call rows%start(pair%n_node)
+    do i = 1, self%list%n
+      call self%list%item(i)%put(1.0_wp, .true., rows)
+    end do
+
+  end subroutine master_slave_evaluate
+
+  !> See [[contact_formulation_t:stiffness]].
+  subroutine master_slave_stiffness(self, pair, rows, lambda, blocks)
+    class(master_slave_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    type(contact_rows_t), intent(in) :: rows
+    real(wp), intent(in) :: lambda(:)
+    type(contact_blocks_t), intent(inout) :: blocks
+
+    integer :: i
+
+    associate (unused => pair)
+    end associate
+    call blocks%start()
+    do i = 1, self%list%n
+      if (abs(lambda(i)) > 0.0_wp) then
+        call self%list%item(i)%stiffen(lambda(i) * rows%area(i), .true., blocks)
+      end if
+    end do
+
+  end subroutine master_slave_stiffness
+
+end module swage_master_slave

@@ -1,0 +1,266 @@
+!> Quasi-symmetric contact with the projection of least squares: a mortar method.
+!>
+!> The pressure \(\lambda = \sum_k N_k \lambda_k\) lives on the slave; its consistent projection
+!> acts on the master:
+!> \(f_j = -\sum_k \lambda_k \int N_k N_j n\, dS\) on slave nodes,
+!> \(f_j = \sum_k \lambda_k \int N_k N_j^b n\, dS\) on master nodes,
+!> both integrated with the same points, so that the forces of each point balance. The gap is the
+!> dual one, \(g_k = \frac{1}{A_k} \int N_k\, p\, dS\) with \(A_k = \int N_k\, dS\). Integrals are
+!> over that part of the slave that meets the master.
+!>
+!> `slope` is the derivative of the gap for fixed points on the slave. Facets' normals turn in it,
+!> smoothed ones count as fixed. Where the facets of both sides are parallel it is the opposite of
+!> `force`. The gap `averaged` is that of [[swage_averaged_gap]].
+!> Source: eq. 11 of the paper in docs/theory.
+module swage_quasi_symmetric_l2
+  use swage_averaged_gap, only: averaged_gap_t
+  use swage_contact_formulation, only: contact_choice_t, contact_formulation_t
+  use swage_contact_overlap, only: contact_overlap_t, find_overlap, overlap_point_t
+  use swage_contact_pair, only: contact_pair_t
+  use swage_contact_rows, only: contact_blocks_t, contact_rows_t
+  use swage_kinds, only: wp
+  use swage_rotation, only: dyadic, normalised
+  implicit none(type, external)
+  private
+
+  public :: quasi_symmetric_l2_t, quasi_symmetric_l2_create
+
+  !> Least share of a node's area that makes a condition.
+  real(wp), parameter :: SMALLEST_SHARE = 1.0e-6_wp
+
+  type, extends(contact_formulation_t) :: quasi_symmetric_l2_t
+    private
+    logical :: averaged = .false.
+    type(contact_overlap_t) :: overlap
+    type(averaged_gap_t) :: distances
+  contains
+    procedure :: count_conditions => quasi_symmetric_l2_count_conditions
+    procedure :: evaluate => quasi_symmetric_l2_evaluate
+    procedure :: stiffness => quasi_symmetric_l2_stiffness
+  end type quasi_symmetric_l2_t
+
+contains
+
+  subroutine quasi_symmetric_l2_create(choice, formulation)
+    !> `gap`, `quadrature` and `n_point` count.
+    type(contact_choice_t), intent(in) :: choice
+    class(contact_formulation_t), allocatable, intent(out) :: formulation
+
+    type(quasi_symmetric_l2_t), allocatable :: made
+
+    allocate (made)
+    made%averaged = choice%gap == 'averaged'
+    made%overlap%clipped = choice%quadrature == 'clipped'
+    made%overlap%n_point = choice%n_point
+    call move_alloc(made, formulation)
+
+  end subroutine quasi_symmetric_l2_create
+
+  pure function quasi_symmetric_l2_count_conditions(self, pair) result(n_condition)
+    class(quasi_symmetric_l2_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer :: n_condition
+
+    associate (unused => self)
+    end associate
+    n_condition = pair%n_node
+
+  end function quasi_symmetric_l2_count_conditions
+
+  !> See [[contact_formulation_t:evaluate]].
+  subroutine quasi_symmetric_l2_evaluate(self, pair, mine, rows)
+    class(quasi_symmetric_l2_t), intent(inout) :: self
+    type(contact_pair_t), intent(in) :: pair
+    logical, intent(in) :: mine(:)
+    type(contact_rows_t), intent(inout) :: rows
+
+    integer :: i, k, node, q
+    logical :: all_nodes(pair%n_node)
+    real(wp) :: area, gap, normal(3), share
+
+    call find_overlap(pair, mine, self%overlap)
+    if (self%averaged) then
+      all_nodes = .true.
+      call self%distances%prepare(pair, mine, all_nodes, .true.)
+    end if
+    call rows%start(pair%n_node)
+    do k = 1, size(pair%slave%node)
+      node = pair%slave%node(k)
+      if (.not. mine(node)) cycle
+      area = 0.0_wp
+      gap = 0.0_wp
+      normal = 0.0_wp
+      do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
+        associate (f => pair%slave%around(i), a => pair%slave%around_corner(i), &
+                   point => self%overlap%point)
+          do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
+            share = point(q)%area * point(q)%slave_weight(a)
+            area = area + share
+            gap = gap + share * point(q)%penetration
+            normal = normal + share * point(q)%normal
+          end do
+        end associate
+      end do
+      if (area <= SMALLEST_SHARE * pair%slave%area(node)) cycle
+      call rows%begin_row(node, node, normalised(normal), gap / area, area)
+      do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
+        associate (f => pair%slave%around(i), a => pair%slave%around_corner(i))
+          do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
+            call add_point(pair, self%overlap%point(q), a, self%averaged, rows)
+          end do
+        end associate
+      end do
+      if (self%averaged) call average_gap(self, pair, node, rows)
+    end do
+
+  end subroutine quasi_symmetric_l2_evaluate
+
+  !> Weights of the master nodes are the integrals of products of shape functions.
+  subroutine average_gap(self, pair, node, rows)
+    type(quasi_symmetric_l2_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer, intent(in) :: node
+    type(contact_rows_t), intent(inout) :: rows
+
+    integer :: a, i, j, n_met, place, q
+    integer, allocatable :: met(:)
+    real(wp), allocatable :: weight(:)
+
+    ! No more than the entries of the row
+    j = rows%first(rows%n_row + 1) - rows%first(rows%n_row)
+    allocate (met(j), weight(j))
+    n_met = 0
+    do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
+      associate (f => pair%slave%around(i))
+        do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
+          associate (point => self%overlap%point(q))
+            do a = 1, pair%master%n_dim
+              j = pair%master%facet(a, point%master_facet)
+              place = findloc(met(:n_met), j, dim=1)
+              if (place == 0) then
+                n_met = n_met + 1
+                place = n_met
+                met(place) = j
+                weight(place) = 0.0_wp
+              end if
+              weight(place) = weight(place) + point%area &
+                * point%slave_weight(pair%slave%around_corner(i)) * point%master_weight(a)
+            end do
+          end associate
+        end do
+      end associate
+    end do
+    call self%distances%finish_row(met(:n_met), weight(:n_met), rows)
+
+  end subroutine average_gap
+
+  !> Add what a point gives to the condition of a corner of its slave facet.
+  subroutine add_point(pair, point, corner, without_slope, rows)
+    type(contact_pair_t), intent(in) :: pair
+    type(overlap_point_t), intent(in) :: point
+    integer, intent(in) :: corner
+    logical, intent(in) :: without_slope
+    type(contact_rows_t), intent(inout) :: rows
+
+    integer :: a, n
+    real(wp) :: climb(3), gradient(3, 3), share, slope(3), whole
+
+    n = pair%slave%n_dim
+    whole = point%area * point%slave_weight(corner)
+    associate (normal => point%normal, master_normal => pair%master%normal(:, point%master_facet))
+      climb = master_normal / dot_product(normal, master_normal)
+      if (.not. pair%smoothing) gradient = pair%slave%gradients(point%slave_facet)
+      do a = 1, n
+        share = whole * point%slave_weight(a)
+        slope = share * climb
+        if (.not. pair%smoothing) then
+          slope = slope + whole * point%penetration * dot_product(climb, gradient(:, a)) * normal
+        end if
+        if (without_slope) slope = 0.0_wp
+        call rows%add(pair%slave%facet(a, point%slave_facet), -share * normal, slope, share)
+      end do
+      do a = 1, n
+        share = whole * point%master_weight(a)
+        slope = -share * climb
+        if (without_slope) slope = 0.0_wp
+        call rows%add(pair%master%facet(a, point%master_facet), share * normal, slope, -share)
+      end do
+    end associate
+
+  end subroutine add_point
+
+  !> See [[contact_formulation_t:stiffness]]: for fixed points on the slave.
+  subroutine quasi_symmetric_l2_stiffness(self, pair, rows, lambda, blocks)
+    class(quasi_symmetric_l2_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    type(contact_rows_t), intent(in) :: rows
+    real(wp), intent(in) :: lambda(:)
+    type(contact_blocks_t), intent(inout) :: blocks
+
+    integer :: f, n, q, row
+    real(wp) :: load, pressure(pair%n_node)
+
+    n = pair%slave%n_dim
+    pressure = 0.0_wp
+    do row = 1, rows%n_row
+      pressure(rows%slave(row)) = lambda(row)
+    end do
+    call blocks%start()
+    do f = 1, pair%slave%n_facet
+      do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
+        associate (point => self%overlap%point(q))
+          load = point%area * dot_product(point%slave_weight(:n), pressure(pair%slave%facet(:, f)))
+          if (abs(load) > 0.0_wp) call stiffen(pair, point, load, blocks)
+        end associate
+      end do
+    end do
+
+  end subroutine quasi_symmetric_l2_stiffness
+
+  !> Derivative of the forces of one point, `load` times the normal and the weights.
+  subroutine stiffen(pair, point, load, blocks)
+    type(contact_pair_t), intent(in) :: pair
+    type(overlap_point_t), intent(in) :: point
+    !> Pressure times area [force].
+    real(wp), intent(in) :: load
+    type(contact_blocks_t), intent(inout) :: blocks
+
+    integer :: a, b, n
+    real(wp) :: block(3, 3), gradient(3, 3), pull(3, 3)
+
+    n = pair%slave%n_dim
+    associate (normal => point%normal, master_normal => pair%master%normal(:, point%master_facet), &
+               slave_node => pair%slave%facet(:, point%slave_facet), &
+               master_node => pair%master%facet(:, point%master_facet))
+      ! Weights on the master change only by motions across the normal
+      pull = pair%master%gradients(point%master_facet)
+      do a = 1, n
+        pull(:, a) = pull(:, a) - dot_product(pull(:, a), normal) &
+          / dot_product(master_normal, normal) * master_normal
+      end do
+      gradient = 0.0_wp
+      if (.not. pair%smoothing) gradient = pair%slave%gradients(point%slave_facet)
+      do b = 1, n
+        if (.not. pair%smoothing) then
+          do a = 1, n
+            call blocks%add(slave_node(a), slave_node(b), &
+                            load * point%slave_weight(a) * dyadic(gradient(:, b), normal))
+          end do
+        end if
+        do a = 1, n
+          block = point%slave_weight(b) * dyadic(normal, pull(:, a))
+          if (.not. pair%smoothing) then
+            block = block - point%master_weight(a) * dyadic(gradient(:, b), normal) &
+              + point%penetration * dot_product(pull(:, a), gradient(:, b)) &
+              * dyadic(normal, normal)
+          end if
+          call blocks%add(master_node(a), slave_node(b), load * block)
+          call blocks%add(master_node(a), master_node(b), &
+                          -load * point%master_weight(b) * dyadic(normal, pull(:, a)))
+        end do
+      end do
+    end associate
+
+  end subroutine stiffen
+
+end module swage_quasi_symmetric_l2
