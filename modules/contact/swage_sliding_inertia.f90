@@ -168,40 +168,51 @@ contains
 
   end subroutine sliding_inertia_accept
 
-  subroutine sliding_inertia_save(self, title, node, snapshot)
+  subroutine sliding_inertia_save(self, title, first, node, snapshot)
     class(sliding_inertia_t), intent(in) :: self
     !> What the names of the arrays begin with.
     character(len=*), intent(in) :: title
-    !> Of the mesh; one entry a node.
+    !> Place of the first node in the list; those of the others follow.
+    integer, intent(in) :: first
+    !> Of the mesh.
     integer, intent(in) :: node(:)
     type(snapshot_t), intent(inout) :: snapshot
 
-    call snapshot%put(title//'rubs', self%age > 0, OF_SOME_NODES, node)
-    call snapshot%put(title//'has a trend', self%age >= TREND_KNOWN, OF_SOME_NODES, node)
-    call snapshot%put(title//'slip rate', self%rate, OF_SOME_NODES, node)
-    call snapshot%put(title//'trend of the slip rate', self%trend, OF_SOME_NODES, node)
-    call snapshot%put(title//'inertia', self%force_old, OF_SOME_NODES, node)
+    integer :: last
+
+    last = first + size(node) - 1
+    call snapshot%put(title//'rubs', self%age(first:last) > 0, OF_SOME_NODES, node)
+    call snapshot%put(title//'has a trend', self%age(first:last) >= TREND_KNOWN, OF_SOME_NODES, &
+                      node)
+    call snapshot%put(title//'slip rate', self%rate(:, first:last), OF_SOME_NODES, node)
+    call snapshot%put(title//'trend of the slip rate', self%trend(:, first:last), OF_SOME_NODES, &
+                      node)
+    call snapshot%put(title//'inertia', self%force_old(:, first:last), OF_SOME_NODES, node)
     call snapshot%put(title//'last dt', self%dt_last)
 
   end subroutine sliding_inertia_save
 
-  subroutine sliding_inertia_load(self, title, node, snapshot, status)
+  subroutine sliding_inertia_load(self, title, first, node, snapshot, status)
     class(sliding_inertia_t), intent(inout) :: self
     character(len=*), intent(in) :: title
+    integer, intent(in) :: first
     integer, intent(in) :: node(:)
     type(snapshot_t), intent(in) :: snapshot
     !> `STATUS_ERROR` on this rank when something is missing.
     type(status_t), intent(inout) :: status
 
+    integer :: last
     logical, allocatable :: has_trend(:), rubs(:)
 
+    last = first + size(node) - 1
     allocate (has_trend(size(node)), rubs(size(node)), source=.false.)
     call snapshot%get(title//'rubs', rubs, status, OF_SOME_NODES, node)
     call snapshot%get(title//'has a trend', has_trend, status, OF_SOME_NODES, node)
-    self%age = merge(TREND_KNOWN, merge(1, 0, rubs), has_trend)
-    call snapshot%get(title//'slip rate', self%rate, status, OF_SOME_NODES, node)
-    call snapshot%get(title//'trend of the slip rate', self%trend, status, OF_SOME_NODES, node)
-    call snapshot%get(title//'inertia', self%force_old, status, OF_SOME_NODES, node)
+    self%age(first:last) = merge(TREND_KNOWN, merge(1, 0, rubs), has_trend)
+    call snapshot%get(title//'slip rate', self%rate(:, first:last), status, OF_SOME_NODES, node)
+    call snapshot%get(title//'trend of the slip rate', self%trend(:, first:last), status, &
+                      OF_SOME_NODES, node)
+    call snapshot%get(title//'inertia', self%force_old(:, first:last), status, OF_SOME_NODES, node)
     call snapshot%get(title//'last dt', self%dt_last, status)
 
   end subroutine sliding_inertia_load

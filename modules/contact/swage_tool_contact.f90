@@ -7,21 +7,16 @@
 !> Friction acts on the slip against the material point of the tool that the node started from,
 !> which makes a turning tool exact at any angle.
 !>
-!> Multipliers are 0 under the penalty alone. In the augmented Lagrangian (Uzawa; Simo and Laursen,
-!> Computers and Structures 42, 1992) each one takes over the pressure whenever the iterations have
-!> converged, so that the penetration goes to 0 with a penalty of any size; bonds of friction
-!> likewise take over the traction, and their elastic slip goes to 0.
-!>
-!> A node whose state alternates during the iterations is held in it until the others have
-!> converged; if it contradicts its state then, it changes it, and the iterations go on.
+!> What conditions of contact share with those between bodies is in [[swage_contact_state]].
 module swage_tool_contact
   use swage_block_matrix, only: block_matrix_t
+  use swage_contact_state, only: AUGMENTED_LAGRANGIAN, contact_state_create, contact_state_t, &
+    contact_work_t, enforcement_t, ENFORCEMENT_NAMES, PENALTY
   use swage_friction, only: friction_law_t, friction_point_t
   use swage_kinds, only: gp, wp
   use swage_rigid_tool, only: rigid_tool_t
   use swage_rotation, only: cross_product, dyadic, IDENTITY
-  use swage_sliding_inertia, only: sliding_inertia_create, sliding_inertia_t
-  use swage_snapshot, only: OF_SOME_NODES, snapshot_t
+  use swage_snapshot, only: snapshot_t
   use swage_status, only: status_t
   implicit none(type, external)
   private
@@ -29,137 +24,27 @@ module swage_tool_contact
   public :: tool_contact_t, tool_contact_create, contact_work_t, enforcement_t, facet_normal
   public :: PENALTY, AUGMENTED_LAGRANGIAN, ENFORCEMENT_NAMES
 
-  integer, parameter :: PENALTY = 1, AUGMENTED_LAGRANGIAN = 2
-  !> What the key `enforcement` calls them.
-  character(len=*), parameter :: ENFORCEMENT_NAMES(*) = &
-    [character(len=20) :: 'penalty', 'augmented_lagrangian']
-
   !> Smallest share of a facet's area that a node gets, whatever its inclination to the tool: a
   !> node about to fold must not be free to penetrate.
   real(wp), parameter :: MINIMUM_SHARE = 0.1_wp
   real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
-  !> A node this close to the tool, by its cell size, is in contact from the start when the
-  !> contact cannot separate.
-  real(wp), parameter :: TOUCHING = 1.0e-6_wp
-  !> A node drawn on the tool is in contact although rounding may have put it outside, by this
-  !> share of its cell size: a body that rests on a tool is held from the first iteration.
-  real(wp), parameter :: ROUNDING = 1.0e-12_wp
-  !> Changes of state during one step that a node may make before it is held.
-  integer, parameter :: FREE_CHANGES = 4
-  !> Times that held nodes may be found wrong before the step is given up.
-  integer, parameter :: MAXIMUM_RELEASES = 20
-  !> An augmentation should leave at most this share of the penetration, or the penalty grows by
-  !> this factor, up to so many times that of the start.
-  real(wp), parameter :: EXPECTED_SHARE = 0.25_wp
-  real(wp), parameter :: PENALTY_GROWTH = 5.0_wp
-  real(wp), parameter :: LARGEST_GROWTH = 25.0_wp
 
-  !> How strictly a contact is enforced.
-  type :: enforcement_t
-    !> `PENALTY` or `AUGMENTED_LAGRANGIAN`.
-    integer :: kind = PENALTY
-    !> Largest penetration, by the cell size, that ends the augmentations [1].
-    real(wp) :: penetration_tolerance = 1.0e-4_wp
-    !> Largest change of pressure or bond in an augmentation, by the largest pressure [1].
-    real(wp) :: multiplier_tolerance = 1.0e-2_wp
-    !> Augmentations of a step after which it is taken as it is.
-    integer :: maximum_augmentations = 20
-  end type enforcement_t
-
-  !> What a contact does during a step, by the trapezoidal rule: with the mean of the forces at its
-  !> ends. The sum of the four is the work of the tool, force times motion, less that on the body.
-  type :: contact_work_t
-    !> Stored in penalty and bond [energy].
-    real(wp) :: stored = 0.0_wp
-    !> Work of friction against slip [energy].
-    real(wp) :: friction = 0.0_wp
-    !> Work against the inertia of sliding nodes [energy].
-    real(wp) :: inertia = 0.0_wp
-    !> What force times motion of the tool counts too much, for it takes the force to change halfway
-    !> [energy]: nodes that do not touch yet, or no longer, and nodes that pass an edge of the tool.
-    real(wp) :: excess = 0.0_wp
-  end type contact_work_t
-
-  !> How nodes stood at the end of an accepted step; a failed one leaves no trace.
-  type :: standing_t
-    real(wp), allocatable :: area(:), penetration(:), pressure(:)
-    logical, allocatable :: active(:)
-  end type standing_t
-
-  !> One pair of surface and tool. Node lists hold this rank's own nodes.
-  type :: tool_contact_t
-    character(len=:), allocatable :: name
+  !> One pair of surface and tool: a condition for each of this rank's own nodes.
+  type, extends(contact_state_t) :: tool_contact_t
     !> Place of the tool in the caller's list.
     integer :: tool = 0
-    class(friction_law_t), allocatable :: friction
-    !> True when nodes may leave the tool.
-    logical :: separation = .true.
     !> Boundary facets of this rank that may touch; shape (n_facet).
     integer, allocatable :: facet(:)
-    !> Nodes of the surface; shape (n_contact). What follows has one entry a node.
+    !> Nodes of the surface; shape (n_contact).
     integer, allocatable :: node(:)
-    !> Numbers that are unique over the ranks.
-    integer(gp), allocatable :: tag(:)
-    !> Cell size [length].
-    real(wp), allocatable :: size(:)
-    !> Pressure by penetration, and tangential traction by slip where friction bonds
-    !> [stress/length].
-    real(wp), allocatable :: penalty(:), tangential_stiffness(:)
-    type(enforcement_t) :: enforcement
-    !> Area of the step [length^2].
-    real(wp), allocatable :: area(:)
-    !> Flow stress of the material of the step [stress].
-    real(wp), allocatable :: flow_stress(:)
-    !> At the last evaluation: penetration [length], pressure [stress], positive in compression.
-    real(wp), allocatable :: penetration(:), pressure(:)
-    !> Part of the pressure that does not depend on the penetration, at the start of the step and
-    !> now [stress].
-    real(wp), allocatable :: multiplier_old(:), multiplier(:)
-    !> Friction on the body at the start of the step and at the last evaluation [stress]; (3, :).
-    real(wp), allocatable :: traction_old(:, :), traction(:, :)
-    !> At the start of the step: penetration [length] and normal out of the tool; pressure and
-    !> friction times area [force]; vectors of shape (3, n_contact).
-    real(wp), allocatable :: penetration_old(:), normal_old(:, :), load_old(:), shear_old(:, :)
-    !> Traction that bonds start from, before the tool turns, and how much the last evaluation
-    !> changed it [stress]; shapes (3, :), (:).
-    real(wp), allocatable :: bond(:, :), bond_change(:)
-    !> In contact at the last evaluation; bonded since an earlier step where it cannot separate.
-    logical, allocatable :: active(:), bonded(:)
-    !> Area, penetration, pressure and contact at the start of the step.
-    type(standing_t) :: accepted
-    !> Changes of state during the step, the state before the last correction, and whether the node
-    !> is held in its state.
-    integer, allocatable :: n_change(:)
-    logical, allocatable :: was_active(:), held(:)
-    !> True for a node in contact at the start of the step; it stays so until the iterations have
-    !> converged for the first time: then `keeping` ends when one of them pulls.
-    logical, allocatable :: touched(:)
-    logical :: keeping = .true.
     !> Force on each node, and its derivative by the node's position, of which the last is only
     !> kept for tools that ask for it [force], [force/length]; shapes (3, :), (3, 3, :).
     real(wp), allocatable :: node_force(:, :), node_stiffness(:, :, :)
     !> What a secant of friction has more than that [force/length]; shape (3, 3, :).
     real(wp), allocatable :: node_secant(:, :, :)
-    !> Slip of the step at the last evaluation, and slip and friction before the last correction
-    !> [length], [stress]; shape (3, :).
-    real(wp), allocatable :: slip(:, :), slip_was(:, :), traction_was(:, :)
-    !> Friction has turned about since then.
-    logical, allocatable :: turned_about(:)
-    !> Resistance to a change of the sliding rate.
-    type(sliding_inertia_t) :: inertia
-    !> Factor on the penalties of the start, at the start of the step and now [1].
-    real(wp) :: growth_old = 1.0_wp
-    real(wp) :: growth = 1.0_wp
-    !> Augmentations of the step, releases of held nodes, and the penetration by the cell size that
-    !> the last augmentation met [1].
-    integer :: n_augmentation = 0
-    integer :: n_release = 0
-    real(wp) :: penetration_before = huge(1.0_wp)
     !> Force on the tool and its torque about the tool's reference point, of this rank's nodes.
     real(wp) :: force(3) = 0.0_wp
     real(wp) :: torque(3) = 0.0_wp
-    !> Sum of the squared nodal forces of this rank, for the size of the problem's forces.
-    real(wp) :: force_square = 0.0_wp
   contains
     !> Areas of the facets of this rank, as nodal sums still to be added over the ranks.
     procedure :: gather_areas => tool_contact_gather_areas
@@ -172,14 +57,8 @@ module swage_tool_contact
     !> Once an iteration: take the secant of friction where its tangent leads nowhere, and hold
     !> nodes that alternate between contact and none.
     procedure :: watch => tool_contact_watch
-    !> What `augment` decides by, of this rank's nodes.
-    procedure :: measure => tool_contact_measure
     !> Judge converged iterations: go on with other multipliers or states, or be done.
     procedure :: augment => tool_contact_augment
-    !> Make the last evaluation the start of the next step.
-    procedure :: accept => tool_contact_accept
-    !> Forget the step.
-    procedure :: reject => tool_contact_reject
     !> Put the state after the last accepted step into a snapshot, and take it back.
     procedure :: save => tool_contact_save
     procedure :: load => tool_contact_load
@@ -211,32 +90,14 @@ contains
 
     integer :: n
 
-    contact%name = name
+    call contact_state_create(name, friction, separation, tag, size, penalty, &
+                              tangential_stiffness, enforcement, inertia, contact%contact_state_t)
     contact%tool = tool
-    allocate (contact%friction, source=friction)
-    contact%separation = separation
     allocate (contact%facet, source=facet)
     allocate (contact%node, source=node)
-    allocate (contact%tag, source=tag)
-    allocate (contact%size, source=size)
-    allocate (contact%penalty, source=penalty)
-    allocate (contact%tangential_stiffness, source=tangential_stiffness)
     n = ubound(node, 1)
-    contact%enforcement = enforcement
-    allocate (contact%area(n), contact%flow_stress(n), contact%penetration(n), &
-              contact%pressure(n), contact%multiplier_old(n), contact%multiplier(n), &
-              contact%bond_change(n), contact%penetration_old(n), contact%load_old(n), &
-              source=0.0_wp)
-    allocate (contact%traction_old(3, n), contact%traction(3, n), contact%shear_old(3, n), &
-              contact%normal_old(3, n), contact%bond(3, n), contact%node_force(3, n), &
-              contact%node_stiffness(3, 3, n), contact%node_secant(3, 3, n), &
-              contact%slip(3, n), contact%slip_was(3, n), &
-              contact%traction_was(3, n), source=0.0_wp)
-    allocate (contact%active(n), contact%bonded(n), contact%was_active(n), contact%held(n), &
-              contact%touched(n), contact%turned_about(n), source=.false.)
-    allocate (contact%n_change(n), source=0)
-    call sliding_inertia_create(inertia, n, contact%inertia)
-    call remember_standing(contact)
+    allocate (contact%node_force(3, n), contact%node_stiffness(3, 3, n), &
+              contact%node_secant(3, 3, n), source=0.0_wp)
 
   end subroutine tool_contact_create
 
@@ -279,7 +140,6 @@ contains
 
   end subroutine tool_contact_gather_areas
 
-  !> The old positions say whether a contact that cannot separate exists from the start.
   subroutine tool_contact_begin_step(self, tool_old, x, area, flow_stress)
     class(tool_contact_t), intent(inout) :: self
     !> Where the tool is at the start of the step.
@@ -294,28 +154,14 @@ contains
     real(wp) :: hessian(3, 3), normal(3), penetration, point(3)
     integer :: i
 
-    self%multiplier = self%multiplier_old
-    self%bond = self%traction_old
-    self%growth = self%growth_old
-    self%held = .false.
-    self%keeping = .true.
-    self%traction_was = 0.0_wp
-    self%was_active = self%active
-    self%n_change = 0
-    self%n_augmentation = 0
-    self%n_release = 0
-    self%penetration_before = huge(1.0_wp)
+    call self%renew()
     do i = 1, size(self%node)
       self%area(i) = area(self%node(i))
       self%flow_stress(i) = flow_stress(self%node(i))
       point = 0.0_wp
       point(:size(x, 1)) = x(:, self%node(i))
       call tool_old%project(point, penetration, normal, hessian)
-      self%penetration_old(i) = penetration
-      self%normal_old(:, i) = normal
-      self%touched(i) = self%multiplier(i) > 0.0_wp .or. penetration > 0.0_wp
-      if (self%separation) cycle
-      self%bonded(i) = self%bonded(i) .or. penetration > -TOUCHING * self%size(i)
+      call self%meet(i, penetration, normal)
     end do
 
   end subroutine tool_contact_begin_step
@@ -385,8 +231,8 @@ contains
     !> Of this rank's nodes.
     type(contact_work_t), intent(out) :: work
 
-    real(wp) :: bond(3), depth, hessian(3, 3), load, load_new, normal(3), normal_force(3), &
-      penetration, point(3), shear(3), slip(3), springing, stored, turn(3, 3)
+    real(wp) :: hessian(3, 3), normal(3), normal_force(3), penetration, point(3), pressed, &
+      slip(3), turn(3, 3)
     integer :: i, n
 
     n = size(x_new, 1)
@@ -397,34 +243,12 @@ contains
       point(:n) = x_old(:, self%node(i))
       slip = -tool%carry(point)
       slip(:n) = slip(:n) + x_new(:, self%node(i))
-
-      ! The spring is as long as the penetration while there is contact, outside it has none
-      depth = self%penetration(i)
-      if (.not. self%active(i)) depth = max(depth, 0.0_wp)
-      if (abs(self%load_old(i)) > 0.0_wp) then
-        depth = depth - self%penetration_old(i)
-      else
-        depth = depth - max(self%penetration_old(i), 0.0_wp)
-      end if
-      load_new = self%area(i) * self%pressure(i)
-      load = 0.5_wp * (self%load_old(i) + load_new)
       point(:n) = x_new(:, self%node(i))
       call tool%project(point, penetration, normal, hessian)
       normal_force = 0.5_wp * (self%load_old(i) * matmul(turn, self%normal_old(:, i)) &
-                               + load_new * normal)
-      stored = load * depth
-      work%excess = work%excess - dot_product(normal_force, slip) - stored
-
-      shear = 0.5_wp * (matmul(turn, self%shear_old(:, i)) + self%area(i) * self%traction(:, i))
-      springing = 0.0_wp
-      if (self%friction%has_history .and. self%tangential_stiffness(i) > 0.0_wp) then
-        bond = matmul(turn, self%bond(:, i))
-        springing = dot_product(shear, self%traction(:, i) - bond) &
-          / (self%growth * self%tangential_stiffness(i))
-      end if
-      work%stored = work%stored + stored + springing
-      work%friction = work%friction - dot_product(shear, slip) - springing
-      work%inertia = work%inertia + self%inertia%work(i, self%area(i), slip)
+                               + self%area(i) * self%pressure(i) * normal)
+      call self%add_work(i, turn, slip, pressed, work)
+      work%excess = work%excess - dot_product(normal_force, slip) - pressed
     end do
 
   end subroutine tool_contact_work
@@ -461,20 +285,12 @@ contains
     secant = 0.0_wp
     call tool%project(x, penetration, normal, hessian)
     penalty = self%growth * self%penalty(i)
-    self%penetration(i) = penetration
     if (self%keeping .and. self%touched(i)) then
       ! A tool that goes away lets go
       self%touched(i) = dot_product(x_old - tool%carry(x_old), self%normal_old(:, i)) &
         <= max(self%penetration_old(i), 0.0_wp)
     end if
-    if (.not. self%held(i)) then
-      self%active(i) = self%bonded(i) .or. (self%keeping .and. self%touched(i)) .or. &
-        self%multiplier(i) + penalty * (penetration + ROUNDING * self%size(i)) > 0.0_wp
-    end if
-    self%pressure(i) = 0.0_wp
-    self%traction(:, i) = 0.0_wp
-    self%bond_change(i) = 0.0_wp
-    self%turned_about(i) = .false.
+    call self%decide(i, penetration)
     if (.not. self%active(i)) return
 
     self%pressure(i) = self%multiplier(i) + penalty * penetration
@@ -542,72 +358,17 @@ contains
         end associate
         self%node_stiffness(:, :, i) = self%node_stiffness(:, :, i) + self%node_secant(:, :, i)
       end if
-      if (self%active(i) .neqv. self%was_active(i)) self%n_change(i) = self%n_change(i) + 1
-      self%was_active(i) = self%active(i)
-      if (self%n_change(i) > FREE_CHANGES) self%held(i) = .true.
     end do
-    self%slip_was = self%slip
-    self%traction_was = self%traction
+    call self%hold()
 
   end subroutine tool_contact_watch
 
-  !> Maxima over this rank's nodes, to be made those of all ranks.
-  pure subroutine tool_contact_measure(self, measures)
-    class(tool_contact_t), intent(in) :: self
-    !> Largest penetration or gap of a node that is pressed, by its cell size [1]; largest change of
-    !> multipliers and bonds that an augmentation would make; largest pressure [stress]; the
-    !> precedence of the first held node that contradicts its state, 0 when there is none.
-    real(wp), intent(out) :: measures(4)
-
-    integer :: i
-
-    measures = 0.0_wp
-    do i = 1, size(self%node)
-      if (self%active(i)) then
-        measures(1) = max(measures(1), abs(self%penetration(i)) / self%size(i))
-      end if
-      measures(2) = max(measures(2), abs(self%pressure(i) - self%multiplier(i)), &
-                        self%bond_change(i))
-      measures(3) = max(measures(3), abs(self%pressure(i)))
-      if (contradicts(self, i)) measures(4) = max(measures(4), precedence(self%tag(i)))
-    end do
-
-  end subroutine tool_contact_measure
-
-  !> Positive, larger for smaller numbers.
-  elemental function precedence(tag)
-    integer(gp), intent(in) :: tag
-    real(wp) :: precedence
-
-    precedence = 2.0_wp**digits(1.0_wp) - real(tag, wp)
-
-  end function precedence
-
-  !> True for a node that is held in a state that is not its own.
-  pure function contradicts(self, i) result(wrong)
-    type(tool_contact_t), intent(in) :: self
-    integer, intent(in) :: i
-    logical :: wrong
-
-    real(wp) :: penalty
-
-    wrong = .false.
-    if (.not. (self%held(i) .or. (self%keeping .and. self%touched(i)))) return
-    if (self%bonded(i)) return
-    penalty = self%growth * self%penalty(i)
-    wrong = self%active(i) .neqv. &
-      self%multiplier(i) + penalty * (self%penetration(i) + ROUNDING * self%size(i)) > 0.0_wp
-
-  end function contradicts
-
-  !> Held nodes that contradict their state change it all at once; from the second time on the first
-  !> one alone, in a fixed order, which cannot cycle where the whole problem has one solution
-  !> (K. G. Murty, Opsearch 11, 1974).
+  !> See [[contact_state_t:judge]].
   pure subroutine tool_contact_augment(self, tool, measures, done, gives_up)
     class(tool_contact_t), intent(inout) :: self
     !> At the end of the step.
     type(rigid_tool_t), intent(in) :: tool
-    !> Of [[tool_contact_t:measure]], maxima over all ranks.
+    !> Of [[contact_state_t:measure]], maxima over all ranks.
     real(wp), intent(in) :: measures(4)
     !> False when the iterations must go on.
     logical, intent(out) :: done
@@ -615,96 +376,15 @@ contains
     logical, intent(out) :: gives_up
 
     integer :: i
+    logical :: augmented
 
-    done = .true.
-    gives_up = .false.
-    if (measures(4) > 0.0_wp) then
-      done = .false.
-      if (self%keeping) then
-        self%keeping = .false.
-        return
-      end if
-      self%n_release = self%n_release + 1
-      gives_up = self%n_release > MAXIMUM_RELEASES
-      do i = 1, size(self%node)
-        if (.not. contradicts(self, i)) cycle
-        if (self%n_release > 1 .and. precedence(self%tag(i)) < measures(4)) cycle
-        self%active(i) = .not. self%active(i)
-        self%was_active(i) = self%active(i)
-      end do
-      return
-    end if
-
-    associate (rule => self%enforcement)
-      if (rule%kind == PENALTY) return
-      done = measures(1) <= rule%penetration_tolerance .and. &
-        measures(2) <= rule%multiplier_tolerance * measures(3)
-      if (done .or. self%n_augmentation >= rule%maximum_augmentations) then
-        done = .true.
-        return
-      end if
-      self%n_augmentation = self%n_augmentation + 1
-      self%multiplier = self%pressure
-      do i = 1, size(self%node)
-        self%bond(:, i) = matmul(self%traction(:, i), tool%rotation_increment)
-      end do
-      if (measures(1) > rule%penetration_tolerance &
-          .and. measures(1) > EXPECTED_SHARE * self%penetration_before) then
-        self%growth = min(self%growth * PENALTY_GROWTH, LARGEST_GROWTH)
-      end if
-      self%penetration_before = measures(1)
-    end associate
-
-  end subroutine tool_contact_augment
-
-  subroutine tool_contact_accept(self)
-    class(tool_contact_t), intent(inout) :: self
-
-    call remember_forces(self)
-    call self%inertia%accept(self%area, self%active .and. norm2(self%traction, dim=1) > 0.0_wp, &
-                             self%slip)
-    self%traction_old = self%traction
-    if (self%enforcement%kind == AUGMENTED_LAGRANGIAN) self%multiplier_old = self%pressure
-    self%growth_old = self%growth
-    if (.not. self%separation) self%bonded = self%bonded .or. self%active
-    call remember_standing(self)
-
-  end subroutine tool_contact_accept
-
-  subroutine tool_contact_reject(self)
-    class(tool_contact_t), intent(inout) :: self
-
-    self%area = self%accepted%area
-    self%penetration = self%accepted%penetration
-    self%pressure = self%accepted%pressure
-    self%active = self%accepted%active
-    self%traction = self%traction_old
-
-  end subroutine tool_contact_reject
-
-  pure subroutine remember_standing(self)
-    class(tool_contact_t), intent(inout) :: self
-
-    self%accepted%area = self%area
-    self%accepted%penetration = self%penetration
-    self%accepted%pressure = self%pressure
-    self%accepted%active = self%active
-
-  end subroutine remember_standing
-
-  !> Make the forces of the last evaluation those of the start of the next step.
-  pure subroutine remember_forces(self)
-    class(tool_contact_t), intent(inout) :: self
-
-    integer :: i
-
-    self%traction_old = self%traction
-    self%load_old = self%area * self%pressure
+    call self%judge(measures, done, gives_up, augmented)
+    if (.not. augmented) return
     do i = 1, size(self%node)
-      self%shear_old(:, i) = self%area(i) * self%traction(:, i)
+      self%bond(:, i) = matmul(self%traction(:, i), tool%rotation_increment)
     end do
 
-  end subroutine remember_forces
+  end subroutine tool_contact_augment
 
   subroutine tool_contact_save(self, snapshot)
     class(tool_contact_t), intent(in) :: self
@@ -713,17 +393,9 @@ contains
     character(len=:), allocatable :: title
 
     title = 'contact '//self%name//': '
-    call snapshot%put(title//'bonded', self%bonded, OF_SOME_NODES, self%node)
-    associate (now => self%accepted)
-      call snapshot%put(title//'active', now%active, OF_SOME_NODES, self%node)
-      call snapshot%put(title//'area', now%area, OF_SOME_NODES, self%node)
-      call snapshot%put(title//'penetration', now%penetration, OF_SOME_NODES, self%node)
-      call snapshot%put(title//'pressure', now%pressure, OF_SOME_NODES, self%node)
-    end associate
-    call snapshot%put(title//'traction', self%traction_old, OF_SOME_NODES, self%node)
-    call snapshot%put(title//'multiplier', self%multiplier_old, OF_SOME_NODES, self%node)
-    call snapshot%put(title//'penalty growth', self%growth_old)
-    call self%inertia%save(title, self%node, snapshot)
+    call self%save_conditions(title, 1, self%node, snapshot)
+    call self%save_common(title, snapshot)
+    call self%inertia%save(title, 1, self%node, snapshot)
 
   end subroutine tool_contact_save
 
@@ -736,19 +408,9 @@ contains
     character(len=:), allocatable :: title
 
     title = 'contact '//self%name//': '
-    call snapshot%get(title//'bonded', self%bonded, status, OF_SOME_NODES, self%node)
-    call snapshot%get(title//'active', self%active, status, OF_SOME_NODES, self%node)
-    call snapshot%get(title//'area', self%area, status, OF_SOME_NODES, self%node)
-    call snapshot%get(title//'penetration', self%penetration, status, OF_SOME_NODES, self%node)
-    call snapshot%get(title//'pressure', self%pressure, status, OF_SOME_NODES, self%node)
-    call snapshot%get(title//'traction', self%traction, status, OF_SOME_NODES, self%node)
-    call remember_forces(self)
-    call snapshot%get(title//'traction', self%traction_old, status, OF_SOME_NODES, self%node)
-    call snapshot%get(title//'multiplier', self%multiplier_old, status, OF_SOME_NODES, self%node)
-    call snapshot%get(title//'penalty growth', self%growth_old, status)
-    call self%inertia%load(title, self%node, snapshot, status)
-    self%traction = self%traction_old
-    call remember_standing(self)
+    call self%load_conditions(title, 1, self%node, snapshot, status)
+    call self%load_common(title, snapshot, status)
+    call self%inertia%load(title, 1, self%node, snapshot, status)
 
   end subroutine tool_contact_load
 
