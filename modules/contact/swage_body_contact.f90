@@ -1,0 +1,723 @@
+!> Contact between deformable surfaces, whatever formulation makes its conditions.
+!>
+!> A condition with the penetration g and the multiplier m carries the pressure
+!> \(\lambda = m + \rho g\) while that is compression, and puts \(\lambda\) times its `force` on its
+!> nodes ([[contact_rows_t]]). Friction acts on the motion of the slave past the master,
+!> \[ s = P \frac1A \sum_j w_j \Delta x_j, \]
+!> w the shares of the nodes, Δx their displacements in the step, P the projection on the tangent
+!> plane; the traction τ puts \(w_j \tau\) on node j: what the one body gets the other gives.
+!>
+!> Bonds turn with the master: by the shortest rotation of the normal, and about the normal by the
+!> mean turn of the master's nodes. Conditions come with the geometry of the present iterate. That
+!> their normals, areas and shares change with the nodes is left to the formulation for pressures,
+!> and neglected for friction.
+module swage_body_contact
+  use swage_contact_rows, only: contact_blocks_t, contact_rows_t
+  use swage_contact_state, only: contact_state_create, contact_state_t, contact_work_t, &
+    enforcement_t
+  use swage_friction, only: friction_law_t, friction_point_t
+  use swage_kinds, only: gp, wp
+  use swage_rotation, only: cross_product, dyadic, IDENTITY, rotation_matrix, skew_matrix
+  use swage_snapshot, only: OF_SOME_NODES, snapshot_t
+  use swage_status, only: status_t
+  use swage_text, only: text
+  implicit none(type, external)
+  private
+
+  public :: body_contact_t, body_contact_create
+
+  !> Cosine of the turn of a normal in a step below which bonds do not follow it.
+  real(wp), parameter :: LARGEST_TURN = -0.5_wp
+  !> Derivative of a normal that is taken for fixed [1/length].
+  real(wp), parameter :: FIXED(3, 3) = 0.0_wp
+  !> Turn of the master's nodes about the normal is known when so much of their spread remains [1].
+  real(wp), parameter :: SMALLEST_SPREAD = 0.1_wp
+
+  !> How the master of a condition turns about the normal.
+  type :: spin_t
+    !> Whether it is known; else it is 0.
+    logical :: exists = .false.
+    !> Mean position of the master's nodes at the start of the step [length].
+    real(wp) :: centre(3) = 0.0_wp
+    !> Sine and cosine of the angle, both times a positive number [length^4].
+    real(wp) :: sine = 0.0_wp
+    real(wp) :: cosine = 0.0_wp
+    !> Shortest rotation of the normal, which goes before.
+    real(wp) :: tilt(3, 3) = 0.0_wp
+  end type spin_t
+
+  !> What an active condition does.
+  type :: response_t
+    !> Traction of friction and inertia on the slave [stress].
+    real(wp) :: traction(3) = 0.0_wp
+    !> Pressure by penetration [stress/length].
+    real(wp) :: penalty = 0.0_wp
+    !> Derivatives of the traction by the motion of the slave past the master [stress/length], by
+    !> the pressure [1], and by the angle that the master turns about the normal [stress].
+    real(wp) :: by_motion(3, 3) = 0.0_wp
+    real(wp) :: by_pressure(3) = 0.0_wp
+    real(wp) :: by_angle(3) = 0.0_wp
+    type(spin_t) :: spin
+  end type response_t
+
+  !> One pair of surfaces: the conditions of the slave nodes that this rank owns. What one condition
+  !> has is found under its place; those of one node need not follow each other.
+  type, extends(contact_state_t) :: body_contact_t
+    !> Places of the surfaces in the caller's list.
+    integer :: slave_surface = 0
+    integer :: master_surface = 0
+    !> Surface node of each condition, and node of the mesh; shape (n_condition).
+    integer, allocatable :: slave(:), node(:)
+    !> Place of the condition with a key ([[contact_rows_t]]), 0 where it is not this rank's; shape
+    !> (n_key).
+    integer, allocatable :: place(:)
+    !> Place of the first of the first conditions of all nodes, of the second ones, and so on, and
+    !> one past the last; shape (most of a node on any rank + 1).
+    integer, allocatable :: first(:)
+    !> Distance that counts as none, as of bodies that are drawn apart or into each other [length];
+    !> shape (n_condition).
+    real(wp), allocatable :: shift(:)
+    !> Share of it at the start and at the end of the step, for the caller to set [1].
+    real(wp) :: shift_share(2) = 1.0_wp
+    !> How the master has turned in the step; shape (3, 3, n_condition).
+    real(wp), allocatable :: turn(:, :, :)
+    !> Forces on the surface nodes at the start of the step, of this rank's conditions [force];
+    !> shape (3, n_surface_node).
+    real(wp), allocatable :: nodal_load(:, :)
+    !> Of each row at the last evaluation: its condition, 0 where it is not this rank's, its
+    !> pressure, 0 without contact [stress], and what a secant of friction has more than the
+    !> tangent [stress/length]; least shapes (n_row), (3, 3, n_row).
+    integer, allocatable :: condition(:)
+    real(wp), allocatable :: row_pressure(:), row_secant(:, :, :)
+  contains
+    !> Take penetrations at the start for distances that count as none.
+    procedure :: adjust => body_contact_adjust
+    !> Take the conditions at the start of the step, and the flow stresses.
+    procedure :: begin_step => body_contact_begin_step
+    !> Forces, and tangent blocks, at given positions.
+    procedure :: evaluate => body_contact_evaluate
+    !> Energies of the step, after the last evaluation and before `accept`.
+    procedure :: work => body_contact_work
+    !> Once an iteration: take the secant of friction where its tangent leads nowhere, and hold
+    !> conditions that alternate between contact and none.
+    procedure :: watch => body_contact_watch
+    !> Judge converged iterations: go on with other multipliers or states, or be done.
+    procedure :: augment => body_contact_augment
+    !> Means of the conditions of each slave node.
+    procedure :: list_nodes => body_contact_list_nodes
+    !> Put the state after the last accepted step into a snapshot, and take it back.
+    procedure :: save => body_contact_save
+    procedure :: load => body_contact_load
+  end type body_contact_t
+
+contains
+
+  !> A contact that has not touched yet.
+  subroutine body_contact_create(name, slave_surface, master_surface, friction, separation, owner, &
+                                 is_own, mesh_node, size_of_cell, penalty, tangential_stiffness, &
+                                 enforcement, inertia, contact)
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: slave_surface, master_surface
+    class(friction_law_t), intent(in) :: friction
+    logical, intent(in) :: separation
+    !> Slave node of the condition of each key, 0 where no condition has it; the same on all ranks;
+    !> shape (n_key).
+    integer, intent(in) :: owner(:)
+    !> Whether this rank owns each surface node, and its node of the mesh here, which counts where
+    !> it does; shape (n_surface_node).
+    logical, intent(in) :: is_own(:)
+    integer, intent(in) :: mesh_node(:)
+    !> Of the surface nodes [length]; shape (n_surface_node).
+    real(wp), intent(in) :: size_of_cell(:)
+    !> Of the surface nodes [stress/length]; shape (n_surface_node).
+    real(wp), intent(in) :: penalty(:), tangential_stiffness(:)
+    type(enforcement_t), intent(in) :: enforcement
+    !> Resistance to a change of slip, by the flow stress on the cell size [1].
+    real(wp), intent(in) :: inertia
+    type(body_contact_t), intent(out) :: contact
+
+    integer, allocatable :: key(:)
+    integer :: i, n
+
+    call order_conditions(owner, is_own, key, contact%first)
+    n = size(key)
+    allocate (contact%slave(n), contact%node(n))
+    contact%slave = owner(key)
+    contact%node = mesh_node(contact%slave)
+    call contact_state_create(name, friction, separation, int(key, gp), &
+                              size_of_cell(contact%slave), penalty(contact%slave), &
+                              tangential_stiffness(contact%slave), enforcement, inertia, &
+                              contact%contact_state_t)
+    contact%slave_surface = slave_surface
+    contact%master_surface = master_surface
+    allocate (contact%place(size(owner)), source=0)
+    do i = 1, n
+      contact%place(key(i)) = i
+    end do
+    allocate (contact%shift(n), contact%turn(3, 3, n), contact%nodal_load(3, size(mesh_node)), &
+              source=0.0_wp)
+    allocate (contact%condition(0), contact%row_pressure(0), contact%row_secant(3, 3, 0))
+
+  end subroutine body_contact_create
+
+  !> First conditions of all nodes first, then second ones, and so on.
+  pure subroutine order_conditions(owner, is_own, key, first)
+    !> As in [[body_contact_create]].
+    integer, intent(in) :: owner(:)
+    logical, intent(in) :: is_own(:)
+    !> Key of each condition of this rank; shape (n_condition).
+    integer, allocatable, intent(out) :: key(:)
+    !> First condition of each turn, and one past the last; shape (most of a node + 1), the same on
+    !> all ranks.
+    integer, allocatable, intent(out) :: first(:)
+
+    integer :: met(size(is_own)), turn(size(owner))
+    integer, allocatable :: next(:)
+    integer :: i
+
+    met = 0
+    turn = 0
+    do i = 1, size(owner)
+      if (owner(i) == 0) cycle
+      met(owner(i)) = met(owner(i)) + 1
+      turn(i) = met(owner(i))
+    end do
+    allocate (first(max(maxval(met), 1) + 1), source=0)
+    first(1) = 1
+    do i = 1, size(owner)
+      if (owner(i) == 0) cycle
+      if (is_own(owner(i))) first(turn(i) + 1) = first(turn(i) + 1) + 1
+    end do
+    do i = 2, size(first)
+      first(i) = first(i - 1) + first(i)
+    end do
+    allocate (next, source=first)
+    allocate (key(first(size(first)) - 1))
+    do i = 1, size(owner)
+      if (owner(i) == 0) cycle
+      if (.not. is_own(owner(i))) cycle
+      key(next(turn(i))) = i
+      next(turn(i)) = next(turn(i)) + 1
+    end do
+
+  end subroutine order_conditions
+
+  !> Overlaps of any size, and gaps up to a tolerance.
+  pure subroutine body_contact_adjust(self, rows, tolerance)
+    class(body_contact_t), intent(inout) :: self
+    !> Where the bodies are drawn.
+    type(contact_rows_t), intent(in) :: rows
+    !> Largest gap [length].
+    real(wp), intent(in) :: tolerance
+
+    integer :: i, row
+
+    call find_conditions(self, rows)
+    do row = 1, rows%n_row
+      i = self%condition(row)
+      if (i == 0) cycle
+      if (rows%gap(row) > -tolerance) self%shift(i) = rows%gap(row)
+    end do
+
+  end subroutine body_contact_adjust
+
+  !> Which condition of this rank each row is.
+  pure subroutine find_conditions(self, rows)
+    class(body_contact_t), intent(inout) :: self
+    type(contact_rows_t), intent(in) :: rows
+
+    integer :: room
+
+    if (size(self%condition) < rows%n_row) then
+      room = 2 * rows%n_row
+      deallocate (self%condition, self%row_pressure, self%row_secant)
+      allocate (self%condition(room), self%row_pressure(room), self%row_secant(3, 3, room))
+    end if
+    if (rows%n_row == 0) return
+    self%condition(:rows%n_row) = self%place(rows%key(:rows%n_row))
+    self%row_pressure(:rows%n_row) = 0.0_wp
+
+  end subroutine find_conditions
+
+  pure subroutine body_contact_begin_step(self, rows, flow_stress)
+    class(body_contact_t), intent(inout) :: self
+    !> At the start of the step.
+    type(contact_rows_t), intent(in) :: rows
+    !> Of the surface nodes [stress]; shape (n_surface_node).
+    real(wp), intent(in) :: flow_stress(:)
+
+    real(wp) :: shear(3)
+    integer :: entry, i, row
+
+    call self%renew()
+    call find_conditions(self, rows)
+    self%flow_stress = flow_stress(self%slave)
+    self%penetration_old = -self%size
+    self%normal_old = 0.0_wp
+    self%touched = .false.
+    self%nodal_load = 0.0_wp
+    do row = 1, rows%n_row
+      i = self%condition(row)
+      if (i == 0) cycle
+      call self%meet(i, rows%gap(row) - self%shift_share(1) * self%shift(i), rows%normal(:, row))
+      shear = self%shear_old(:, i) + self%inertia%force_old(:, i)
+      do entry = rows%first(row), rows%first(row + 1) - 1
+        associate (load => self%nodal_load(:, rows%node(entry)))
+          load = load + (self%load_old(i) * rows%force(:, entry) + rows%share(entry) * shear) &
+            / rows%area(row)
+        end associate
+      end do
+    end do
+
+  end subroutine body_contact_begin_step
+
+  !> Adds the contact forces with the sign of internal forces: the residual is internal minus
+  !> external force. Blocks are derivatives of what is added.
+  pure subroutine body_contact_evaluate(self, rows, x_start, x_moved, dt, default_velocity, &
+                                        residual, blocks, unsymmetric)
+    class(body_contact_t), intent(inout) :: self
+    !> At the end of the step; rows of other ranks are left out.
+    type(contact_rows_t), intent(in) :: rows
+    !> Positions of the surface nodes at both ends of the step [length]; shape (3, n_surface_node).
+    real(wp), intent(in) :: x_start(:, :), x_moved(:, :)
+    !> [time]
+    real(wp), intent(in) :: dt
+    !> Slip rate of the regularisation where the law has none of its own [length/time].
+    real(wp), intent(in) :: default_velocity
+    !> [force]; shape (3, n_surface_node).
+    real(wp), intent(inout) :: residual(:, :)
+    !> Added to: the tangent, but for what follows.
+    type(contact_blocks_t), intent(inout) :: blocks
+    !> Added to: how friction follows the pressure and turns with the master, which a symmetric
+    !> factor leaves out.
+    type(contact_blocks_t), intent(inout) :: unsymmetric
+
+    type(response_t) :: response
+    real(wp) :: force(3), velocity
+    integer :: entry, i, row
+
+    velocity = default_velocity
+    if (self%friction%regularisation_velocity > 0.0_wp) then
+      velocity = self%friction%regularisation_velocity
+    end if
+    call find_conditions(self, rows)
+    call leave_all(self, rows)
+    ! Rates are not turned: within a step that is a small share of them
+    call self%inertia%begin_step(dt, IDENTITY)
+    self%force_square = 0.0_wp
+    do row = 1, rows%n_row
+      i = self%condition(row)
+      if (i == 0) cycle
+      call press(self, row, i, rows, x_start, x_moved, dt, velocity, response)
+      if (.not. self%active(i)) cycle
+
+      self%row_pressure(row) = self%pressure(i)
+      do entry = rows%first(row), rows%first(row + 1) - 1
+        associate (f => residual(:, rows%node(entry)))
+          f = f - self%pressure(i) * rows%force(:, entry) - rows%share(entry) * response%traction
+        end associate
+      end do
+      call add_blocks(rows, row, response, blocks)
+      call add_unsymmetric_blocks(rows, row, x_start, response, unsymmetric)
+      force = rows%area(row) * (self%pressure(i) * rows%normal(:, row) - response%traction)
+      self%force_square = self%force_square + dot_product(force, force)
+    end do
+
+  end subroutine body_contact_evaluate
+
+  !> What holds for a condition with nothing opposite: it is a cell away.
+  pure subroutine leave_all(self, rows)
+    class(body_contact_t), intent(inout) :: self
+    type(contact_rows_t), intent(in) :: rows
+
+    logical :: is_opposed(size(self%active))
+    integer :: i, row
+
+    is_opposed = .false.
+    do row = 1, rows%n_row
+      if (self%condition(row) > 0) is_opposed(self%condition(row)) = .true.
+    end do
+    do i = 1, size(self%active)
+      if (is_opposed(i)) cycle
+      self%active(i) = .false.
+      self%penetration(i) = -self%size(i)
+      self%pressure(i) = 0.0_wp
+      self%traction(:, i) = 0.0_wp
+      self%bond_change(i) = 0.0_wp
+      self%turned_about(i) = .false.
+      self%slip(:, i) = 0.0_wp
+      self%turn(:, :, i) = IDENTITY
+    end do
+
+  end subroutine leave_all
+
+  !> State of one condition, and how it responds where it is active.
+  pure subroutine press(self, row, i, rows, x_start, x_moved, dt, velocity, response)
+    class(body_contact_t), intent(inout) :: self
+    integer, intent(in) :: row
+    !> Place of the condition.
+    integer, intent(in) :: i
+    type(contact_rows_t), intent(in) :: rows
+    real(wp), intent(in) :: x_start(:, :), x_moved(:, :)
+    real(wp), intent(in) :: dt
+    !> Slip rate of the regularisation [length/time].
+    real(wp), intent(in) :: velocity
+    type(response_t), intent(out) :: response
+
+    type(friction_point_t) :: point
+    real(wp) :: d_inertia(3, 3), flat(3, 3), motion(3), normal(3), turned(3)
+    integer :: entry
+
+    normal = rows%normal(:, row)
+    flat = IDENTITY - dyadic(normal, normal)
+    motion = 0.0_wp
+    do entry = rows%first(row), rows%first(row + 1) - 1
+      associate (node => rows%node(entry))
+        motion = motion + rows%share(entry) * (x_moved(:, node) - x_start(:, node))
+      end associate
+    end do
+    point%slip = matmul(flat, motion) / rows%area(row)
+    self%slip(:, i) = point%slip
+    self%area(i) = rows%area(row)
+    call find_tilt(self%normal_old(:, i), normal, response%spin%tilt)
+    self%turn(:, :, i) = response%spin%tilt
+    if (self%friction%has_history) then
+      call add_spin(rows, row, x_start, x_moved, self%turn(:, :, i), response%spin)
+    end if
+    call self%decide(i, rows%gap(row) - self%shift_share(2) * self%shift(i))
+    if (.not. self%active(i)) return
+
+    response%penalty = self%growth * self%penalty(i)
+    self%pressure(i) = self%multiplier(i) + response%penalty * self%penetration(i)
+    ! A bond turns with the master and lies in the tangent plane
+    turned = matmul(self%turn(:, :, i), self%bond(:, i))
+    point%traction_old = matmul(flat, turned)
+    point%dt = dt
+    point%pressure = max(self%pressure(i), 0.0_wp)
+    point%flow_stress = self%flow_stress(i)
+    point%regularisation_velocity = velocity
+    point%tangential_stiffness = self%growth * self%tangential_stiffness(i)
+    call self%friction%traction(point)
+    self%traction(:, i) = point%traction
+    if (self%friction%has_history) then
+      self%bond_change(i) = norm2(point%traction - point%traction_old)
+    end if
+    call self%inertia%resist(i, self%flow_stress(i), self%size(i), normal, FIXED, point%slip, &
+                             flat, d_inertia)
+
+    response%traction = point%traction + self%inertia%traction(:, i)
+    response%by_motion = matmul(point%d_slip, flat) + d_inertia
+    if (self%pressure(i) > 0.0_wp) response%by_pressure = point%d_pressure
+    if (response%spin%exists) then
+      turned = cross_product(normal, turned)
+      response%by_angle = matmul(point%d_traction_old, turned)
+    end if
+    self%turned_about(i) = dot_product(point%traction, self%traction_was(:, i)) < 0.0_wp
+    if (self%turned_about(i)) then
+      point%secant = norm2(point%traction - self%traction_was(:, i)) &
+        / max(norm2(point%slip - self%slip_was(:, i)), tiny(1.0_wp))
+    end if
+    self%row_secant(:, :, row) = matmul(point%d_slip + point%secant * IDENTITY, flat)
+
+  end subroutine press
+
+  !> The shortest rotation from one unit vector to another.
+  pure subroutine find_tilt(from, to, tilt)
+    !> Zero where nothing was opposite at the start of the step.
+    real(wp), intent(in) :: from(3)
+    real(wp), intent(in) :: to(3)
+    !> The unit matrix when the turn is too large to make sense.
+    real(wp), intent(out) :: tilt(3, 3)
+
+    real(wp) :: cosine, w(3, 3)
+
+    tilt = IDENTITY
+    cosine = dot_product(from, to)
+    if (.not. norm2(from) > 0.0_wp .or. cosine < LARGEST_TURN) return
+    w = skew_matrix(cross_product(from, to))
+    tilt = matmul(w, w)
+    tilt = IDENTITY + w + tilt / (1.0_wp + cosine)
+
+  end subroutine find_tilt
+
+  !> Mean rotation of the master's nodes about the normal.
+  pure subroutine add_spin(rows, row, x_start, x_moved, turn, spin)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: row
+    real(wp), intent(in) :: x_start(:, :), x_moved(:, :)
+    !> The tilt on entry.
+    real(wp), intent(inout) :: turn(3, 3)
+    !> Its tilt counts.
+    type(spin_t), intent(inout) :: spin
+
+    real(wp) :: about(3, 3), centre_moved(3), from(3), normal(3), spread, to(3), total, weight
+    integer :: entry
+
+    normal = rows%normal(:, row)
+    total = 0.0_wp
+    centre_moved = 0.0_wp
+    do entry = rows%first(row), rows%first(row + 1) - 1
+      weight = max(-rows%share(entry), 0.0_wp)
+      total = total + weight
+      spin%centre = spin%centre + weight * x_start(:, rows%node(entry))
+      centre_moved = centre_moved + weight * x_moved(:, rows%node(entry))
+    end do
+    if (.not. total > 0.0_wp) return
+    spin%centre = spin%centre / total
+    centre_moved = centre_moved / total
+    spread = 0.0_wp
+    do entry = rows%first(row), rows%first(row + 1) - 1
+      weight = max(-rows%share(entry), 0.0_wp)
+      from = x_start(:, rows%node(entry)) - spin%centre
+      from = matmul(spin%tilt, from)
+      to = x_moved(:, rows%node(entry)) - centre_moved
+      spin%sine = spin%sine + weight * dot_product(to, cross_product(normal, from))
+      spin%cosine = spin%cosine + weight &
+        * (dot_product(from, to) - dot_product(from, normal) * dot_product(to, normal))
+      spread = spread + weight * dot_product(from, from)
+    end do
+    spin%exists = spread > 0.0_wp .and. &
+      hypot(spin%sine, spin%cosine) > SMALLEST_SPREAD * spread
+    if (.not. spin%exists) return
+    about = rotation_matrix(normal, atan2(spin%sine, spin%cosine))
+    turn = matmul(about, turn)
+
+  end subroutine add_spin
+
+  !> Derivative of the angle of a spin by the position of a node of the master [1/length].
+  pure function spin_slope(spin, normal, weight, x_start) result(slope)
+    type(spin_t), intent(in) :: spin
+    real(wp), intent(in) :: normal(3)
+    !> Of the node in the mean.
+    real(wp), intent(in) :: weight
+    real(wp), intent(in) :: x_start(3)
+    real(wp) :: slope(3)
+
+    real(wp) :: from(3)
+
+    from = x_start - spin%centre
+    from = matmul(spin%tilt, from)
+    slope = weight * (spin%cosine * cross_product(normal, from) &
+                      - spin%sine * (from - normal * dot_product(normal, from))) &
+      / (spin%sine**2 + spin%cosine**2)
+
+  end function spin_slope
+
+  !> Blocks of one condition: of pressure by penetration, and of friction by slip.
+  pure subroutine add_blocks(rows, row, response, blocks)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: row
+    type(response_t), intent(in) :: response
+    type(contact_blocks_t), intent(inout) :: blocks
+
+    real(wp) :: by_gap, by_motion(3, 3)
+    integer :: j, k
+
+    by_gap = response%penalty / rows%area(row)
+    by_motion = response%by_motion / rows%area(row)
+    do k = rows%first(row), rows%first(row + 1) - 1
+      do j = rows%first(row), rows%first(row + 1) - 1
+        call blocks%add(rows%node(j), rows%node(k), &
+                        -by_gap * dyadic(rows%force(:, j), rows%slope(:, k)) &
+                        - rows%share(j) * rows%share(k) * by_motion)
+      end do
+    end do
+
+  end subroutine add_blocks
+
+  !> The same of friction by pressure, and by the turn of the master.
+  pure subroutine add_unsymmetric_blocks(rows, row, x_start, response, blocks)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: row
+    real(wp), intent(in) :: x_start(:, :)
+    type(response_t), intent(in) :: response
+    type(contact_blocks_t), intent(inout) :: blocks
+
+    real(wp) :: by_gap(3), by_place(3, 3), slope(3)
+    integer :: j, k
+
+    if (.not. norm2(response%by_pressure) + norm2(response%by_angle) > 0.0_wp) return
+    by_gap = response%penalty / rows%area(row) * response%by_pressure
+    do k = rows%first(row), rows%first(row + 1) - 1
+      by_place = dyadic(by_gap, rows%slope(:, k))
+      if (rows%share(k) < 0.0_wp .and. norm2(response%by_angle) > 0.0_wp) then
+        slope = spin_slope(response%spin, rows%normal(:, row), -rows%share(k), &
+                           x_start(:, rows%node(k)))
+        by_place = by_place + dyadic(response%by_angle, slope)
+      end if
+      do j = rows%first(row), rows%first(row + 1) - 1
+        call blocks%add(rows%node(j), rows%node(k), -rows%share(j) * by_place)
+      end do
+    end do
+
+  end subroutine add_unsymmetric_blocks
+
+  !> By the trapezoidal rule; what stored energy and friction leave of it is excess.
+  pure subroutine body_contact_work(self, rows, x_start, x_moved, work)
+    class(body_contact_t), intent(in) :: self
+    !> Of the last evaluation.
+    type(contact_rows_t), intent(in) :: rows
+    !> Positions at both ends of the step [length]; shape (3, n_surface_node).
+    real(wp), intent(in) :: x_start(:, :), x_moved(:, :)
+    !> Of this rank's conditions.
+    type(contact_work_t), intent(out) :: work
+
+    real(wp) :: done, force(3), ignored, traction(3)
+    integer :: entry, i, row
+
+    do i = 1, size(self%active)
+      if (.not. (self%active(i) .or. abs(self%load_old(i)) > 0.0_wp)) cycle
+      call self%add_work(i, self%turn(:, :, i), self%slip(:, i), ignored, work)
+    end do
+
+    done = 0.5_wp * sum(self%nodal_load * (x_moved - x_start))
+    do row = 1, rows%n_row
+      i = self%condition(row)
+      if (i == 0) cycle
+      if (.not. self%active(i)) cycle
+      traction = self%traction(:, i) + self%inertia%traction(:, i)
+      do entry = rows%first(row), rows%first(row + 1) - 1
+        associate (node => rows%node(entry))
+          force = self%pressure(i) * rows%force(:, entry) + rows%share(entry) * traction
+          done = done + 0.5_wp * dot_product(force, x_moved(:, node) - x_start(:, node))
+        end associate
+      end do
+    end do
+    work%excess = -done - work%stored - work%friction - work%inertia
+
+  end subroutine body_contact_work
+
+  !> See [[tool_contact_t:watch]].
+  pure subroutine body_contact_watch(self, takes_secants, rows, blocks)
+    class(body_contact_t), intent(inout) :: self
+    !> For all conditions; else only for those whose friction has turned about.
+    logical, intent(in) :: takes_secants
+    !> Of the last evaluation.
+    type(contact_rows_t), intent(in) :: rows
+    !> Added to.
+    type(contact_blocks_t), intent(inout) :: blocks
+
+    type(response_t) :: response
+    integer :: i, row
+
+    do row = 1, rows%n_row
+      i = self%condition(row)
+      if (i == 0) cycle
+      if (.not. (self%active(i) .and. (takes_secants .or. self%turned_about(i)))) cycle
+      response%by_motion = -self%row_secant(:, :, row)
+      call add_blocks(rows, row, response, blocks)
+    end do
+    call self%hold()
+
+  end subroutine body_contact_watch
+
+  !> See [[contact_state_t:judge]].
+  pure subroutine body_contact_augment(self, measures, done, gives_up)
+    class(body_contact_t), intent(inout) :: self
+    !> Of [[contact_state_t:measure]], maxima over all ranks.
+    real(wp), intent(in) :: measures(4)
+    !> False when the iterations must go on.
+    logical, intent(out) :: done
+    !> True when conditions were found wrong too often: the step must be cut.
+    logical, intent(out) :: gives_up
+
+    integer :: i
+    logical :: augmented
+
+    call self%judge(measures, done, gives_up, augmented)
+    if (.not. augmented) return
+    do i = 1, size(self%active)
+      self%bond(:, i) = matmul(self%traction(:, i), self%turn(:, :, i))
+    end do
+
+  end subroutine body_contact_augment
+
+  !> For output; one entry for each slave node of this rank.
+  pure subroutine body_contact_list_nodes(self, node, area, penetration, pressure, traction, active)
+    class(body_contact_t), intent(in) :: self
+    !> Of the mesh.
+    integer, allocatable, intent(out) :: node(:)
+    !> Of its active conditions [length^2].
+    real(wp), allocatable, intent(out) :: area(:)
+    !> Largest penetration [length], mean pressure [stress]; mean friction [stress] of shape (3, :).
+    real(wp), allocatable, intent(out) :: penetration(:), pressure(:), traction(:, :)
+    !> True where a condition is active.
+    logical, allocatable, intent(out) :: active(:)
+
+    integer :: i, j, n, of_slave(ubound(self%nodal_load, 2))
+
+    n = self%first(2) - 1
+    allocate (node(n), area(n), penetration(n), pressure(n), traction(3, n), active(n))
+    node = self%node(:n)
+    of_slave = 0
+    do j = 1, n
+      of_slave(self%slave(j)) = j
+      area(j) = 0.0_wp
+      penetration(j) = self%penetration(j)
+      pressure(j) = 0.0_wp
+      traction(:, j) = 0.0_wp
+      active(j) = .false.
+    end do
+    do i = 1, size(self%active)
+      j = of_slave(self%slave(i))
+      penetration(j) = max(penetration(j), self%penetration(i))
+      if (.not. self%active(i)) cycle
+      active(j) = .true.
+      area(j) = area(j) + self%area(i)
+      pressure(j) = pressure(j) + self%area(i) * self%pressure(i)
+      traction(:, j) = traction(:, j) + self%area(i) * self%traction(:, i)
+    end do
+    do j = 1, n
+      if (area(j) > 0.0_wp) then
+        pressure(j) = pressure(j) / area(j)
+        traction(:, j) = traction(:, j) / area(j)
+      end if
+    end do
+
+  end subroutine body_contact_list_nodes
+
+  subroutine body_contact_save(self, snapshot)
+    class(body_contact_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    character(len=:), allocatable :: title
+    integer :: first, k, last
+
+    title = 'contact '//self%name//': '
+    call self%save_common(title, snapshot)
+    do k = 1, size(self%first) - 1
+      if (k > 1) title = 'contact '//self%name//', condition '//text(k)//': '
+      first = self%first(k)
+      last = self%first(k + 1) - 1
+      call self%save_conditions(title, first, self%node(first:last), snapshot)
+      call snapshot%put(title//'shift', self%shift(first:last), OF_SOME_NODES, &
+                        self%node(first:last))
+      call self%inertia%save(title, first, self%node(first:last), snapshot)
+    end do
+
+  end subroutine body_contact_save
+
+  subroutine body_contact_load(self, snapshot, status)
+    class(body_contact_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    !> `STATUS_ERROR` on this rank when something is missing.
+    type(status_t), intent(inout) :: status
+
+    character(len=:), allocatable :: title
+    integer :: first, k, last
+
+    do k = 1, size(self%first) - 1
+      title = 'contact '//self%name//': '
+      if (k > 1) title = 'contact '//self%name//', condition '//text(k)//': '
+      first = self%first(k)
+      last = self%first(k + 1) - 1
+      call self%load_conditions(title, first, self%node(first:last), snapshot, status)
+      call snapshot%get(title//'shift', self%shift(first:last), status, OF_SOME_NODES, &
+                        self%node(first:last))
+      call self%inertia%load(title, first, self%node(first:last), snapshot, status)
+    end do
+    call self%load_common('contact '//self%name//': ', snapshot, status)
+
+  end subroutine body_contact_load
+
+end module swage_body_contact
