@@ -12,7 +12,7 @@ module swage_contact_conditions
   private
 
   public :: contact_condition_t, condition_list_t
-  public :: node_conditions, point_conditions
+  public :: node_conditions, point_conditions, point_owners
 
   !> A point of the slave, its area and its foot on the master.
   type :: contact_condition_t
@@ -208,10 +208,7 @@ contains
     !> Appended to.
     type(condition_list_t), intent(inout) :: list
 
-    !> Weights that differ by less are the same.
-    real(wp), parameter :: SAME = 1.0e-6_wp
-
-    integer :: a, f, n, owner, q
+    integer :: f, n, owner, q
     real(wp), allocatable :: barycentric(:, :), weight(:)
     type(contact_condition_t) :: condition
 
@@ -222,10 +219,7 @@ contains
       associate (node => slave%facet(:, f))
         if (.not. any(mine(node))) cycle
         do q = 1, n_point
-          owner = huge(1)
-          do a = 1, n
-            if (barycentric(a, q) > maxval(barycentric(:, q)) - SAME) owner = min(owner, node(a))
-          end do
+          owner = owner_of(node, barycentric(:n, q))
           if (.not. mine(owner)) cycle
           call find_foot(master, slave%point(f, barycentric(:, q)), slave%normal(:, f:f), &
                          pair%reach, pair%depth, pair%smoothing, condition%foot)
@@ -241,6 +235,43 @@ contains
     end do
 
   end subroutine point_conditions
+
+  !> The nearest corner of a facet, of equals the one with the lowest number.
+  pure function owner_of(node, barycentric) result(owner)
+    !> Corners; shape (n_dim).
+    integer, intent(in) :: node(:)
+    !> Their weights; shape of `node`.
+    real(wp), intent(in) :: barycentric(:)
+    integer :: owner
+
+    !> Weights that differ by less are the same.
+    real(wp), parameter :: SAME = 1.0e-6_wp
+
+    owner = minval(node, mask=barycentric > maxval(barycentric) - SAME)
+
+  end function owner_of
+
+  !> Slave nodes of the conditions of [[point_conditions]].
+  subroutine point_owners(slave, n_point, key_offset, owner)
+    type(contact_surface_t), intent(in) :: slave
+    integer, intent(in) :: n_point
+    !> Key before the first one's.
+    integer, intent(in) :: key_offset
+    !> Set at the keys of these conditions.
+    integer, intent(inout) :: owner(:)
+
+    integer :: f, n, q
+    real(wp), allocatable :: barycentric(:, :), weight(:)
+
+    n = slave%n_dim
+    call facet_quadrature(n, n_point, barycentric, weight)
+    do f = 1, slave%n_facet
+      do q = 1, n_point
+        owner(key_offset + (f - 1) * n_point + q) = owner_of(slave%facet(:, f), barycentric(:n, q))
+      end do
+    end do
+
+  end subroutine point_owners
 
   pure subroutine condition_list_append(self, condition)
     class(condition_list_t), intent(inout) :: self

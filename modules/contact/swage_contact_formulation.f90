@@ -30,6 +30,8 @@ module swage_contact_formulation
   contains
     !> Largest key of a condition.
     procedure(count_conditions), deferred :: count_conditions
+    !> Slave node of the condition of each key.
+    procedure :: list_owners => contact_formulation_list_owners
     !> The conditions of the present positions.
     procedure(evaluate), deferred :: evaluate
     !> Derivative of the forces of the last evaluation with the pressures held.
@@ -76,6 +78,19 @@ module swage_contact_formulation
   end interface
 
 contains
+
+  !> Where conditions are those of nodes a key is the number of its node.
+  subroutine contact_formulation_list_owners(self, pair, owner)
+    class(contact_formulation_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    !> 0 where no condition can have the key; shape (count_conditions).
+    integer, allocatable, intent(out) :: owner(:)
+
+    allocate (owner(self%count_conditions(pair)), source=0)
+    owner(pair%slave%node) = pair%slave%node
+    owner(pair%master%node) = pair%master%node
+
+  end subroutine contact_formulation_list_owners
 
   pure function contact_formulation_balances(self) result(balances)
     class(contact_formulation_t), intent(in) :: self

@@ -5,7 +5,8 @@
 !> the energy of the penalty, save that smoothed normals count as fixed in it.
 !> Source: eq. 10 of the paper in docs/theory.
 module swage_master_slave
-  use swage_contact_conditions, only: condition_list_t, node_conditions, point_conditions
+  use swage_contact_conditions, only: condition_list_t, node_conditions, point_conditions, &
+    point_owners
   use swage_contact_formulation, only: contact_choice_t, contact_formulation_t
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
@@ -22,6 +23,7 @@ module swage_master_slave
     type(condition_list_t) :: list
   contains
     procedure :: count_conditions => master_slave_count_conditions
+    procedure :: list_owners => master_slave_list_owners
     procedure :: evaluate => master_slave_evaluate
     procedure :: stiffness => master_slave_stiffness
   end type master_slave_t
@@ -57,6 +59,21 @@ contains
     if (self%n_point > 0) n_condition = self%n_point * pair%slave%n_facet
 
   end function master_slave_count_conditions
+
+  !> See [[contact_formulation_t:list_owners]].
+  subroutine master_slave_list_owners(self, pair, owner)
+    class(master_slave_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer, allocatable, intent(out) :: owner(:)
+
+    allocate (owner(self%count_conditions(pair)), source=0)
+    if (self%n_point == 0) then
+      owner(pair%slave%node) = pair%slave%node
+    else
+      call point_owners(pair%slave, self%n_point, 0, owner)
+    end if
+
+  end subroutine master_slave_list_owners
 
   !> See [[contact_formulation_t:evaluate]].
   subroutine master_slave_evaluate(self, pair, mine, rows)
