@@ -63,7 +63,10 @@ contains
       self%place(self%master%item(i)%slave) = i
       self%penetration(self%master%item(i)%slave) = self%master%item(i)%foot%penetration
     end do
-    if (consistent) call spread_penetration(pair%master, self%place > 0, self%penetration)
+    if (consistent) then
+      call spread_penetration(pair%master, self%place > 0 .and. pair%master%area > 0.0_wp, &
+                              self%penetration)
+    end if
 
   end subroutine averaged_gap_prepare
 

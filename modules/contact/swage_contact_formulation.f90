@@ -79,7 +79,7 @@ module swage_contact_formulation
 
 contains
 
-  !> Where conditions are those of nodes a key is the number of its node.
+  !> Where conditions are those of slave nodes a key is the number of its node.
   subroutine contact_formulation_list_owners(self, pair, owner)
     class(contact_formulation_t), intent(in) :: self
     type(contact_pair_t), intent(in) :: pair
@@ -88,7 +88,6 @@ contains
 
     allocate (owner(self%count_conditions(pair)), source=0)
     owner(pair%slave%node) = pair%slave%node
-    owner(pair%master%node) = pair%master%node
 
   end subroutine contact_formulation_list_owners
 

@@ -3,7 +3,11 @@
 module swage_contact_formulation_registry
   use swage_contact_formulation, only: CHOICE_LENGTH, contact_choice_t, contact_formulation_t
   use swage_master_slave, only: master_slave_create
+  use swage_quasi_symmetric_interpolation, only: quasi_symmetric_interpolation_create
   use swage_quasi_symmetric_l2, only: quasi_symmetric_l2_create
+  use swage_quasi_symmetric_lumped, only: quasi_symmetric_lumped_create
+  use swage_quasi_symmetric_nodal, only: quasi_symmetric_nodal_create
+  use swage_two_pass, only: half_pass_create, symmetric_create
   implicit none(type, external)
   private
 
@@ -34,7 +38,12 @@ contains
 
     entries = [ &
       entry_t('master_slave', '', master_slave_create), &
-      entry_t('quasi_symmetric', 'l2', quasi_symmetric_l2_create)]
+      entry_t('symmetric', '', symmetric_create), &
+      entry_t('half_pass', '', half_pass_create), &
+      entry_t('quasi_symmetric', 'l2', quasi_symmetric_l2_create), &
+      entry_t('quasi_symmetric', 'lumped', quasi_symmetric_lumped_create), &
+      entry_t('quasi_symmetric', 'interpolation', quasi_symmetric_interpolation_create), &
+      entry_t('quasi_symmetric', 'nodal', quasi_symmetric_nodal_create)]
 
   end function registry
 

@@ -1,0 +1,168 @@
+!> Quasi-symmetric contact with interpolation: the slave's pressure is read at the feet of the
+!> master nodes, \(\hat\lambda_j = \sum_k S_{jk} \lambda_k\), and acts there as
+!> \(\sum_j M_{bb,ij} \hat\lambda_j n_j\). The forces on both sides then differ a little, as the
+!> master's mass matrix knows nothing of the slave's. The gap is [[swage_averaged_gap]] with the
+!> weights \(A_j S_{jk}\). The stiffness is left out. For comparison.
+!> Source: eq. 11 of the paper in docs/theory.
+module swage_quasi_symmetric_interpolation
+  use swage_averaged_gap, only: averaged_gap_t
+  use swage_contact_formulation, only: contact_choice_t, contact_formulation_t
+  use swage_contact_pair, only: contact_pair_t
+  use swage_contact_rows, only: contact_blocks_t, contact_rows_t
+  use swage_kinds, only: wp
+  use swage_relation, only: relation_t
+  implicit none(type, external)
+  private
+
+  public :: quasi_symmetric_interpolation_t, quasi_symmetric_interpolation_create
+
+  real(wp), parameter :: NO_SLOPE(3) = 0.0_wp
+
+  type, extends(contact_formulation_t) :: quasi_symmetric_interpolation_t
+    private
+    type(averaged_gap_t) :: distances
+    !> Conditions of master nodes whose feet lie on facets of a slave node.
+    type(relation_t) :: seen_by
+  contains
+    procedure :: count_conditions => quasi_symmetric_interpolation_count_conditions
+    procedure :: evaluate => quasi_symmetric_interpolation_evaluate
+    procedure :: stiffness => quasi_symmetric_interpolation_stiffness
+    procedure :: balances => quasi_symmetric_interpolation_balances
+  end type quasi_symmetric_interpolation_t
+
+contains
+
+  subroutine quasi_symmetric_interpolation_create(choice, formulation)
+    !> Nothing of it counts.
+    type(contact_choice_t), intent(in) :: choice
+    class(contact_formulation_t), allocatable, intent(out) :: formulation
+
+    type(quasi_symmetric_interpolation_t), allocatable :: made
+
+    associate (unused => choice)
+    end associate
+    allocate (made)
+    call move_alloc(made, formulation)
+
+  end subroutine quasi_symmetric_interpolation_create
+
+  pure function quasi_symmetric_interpolation_count_conditions(self, pair) result(n_condition)
+    class(quasi_symmetric_interpolation_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer :: n_condition
+
+    associate (unused => self)
+    end associate
+    n_condition = pair%n_node
+
+  end function quasi_symmetric_interpolation_count_conditions
+
+  !> See [[contact_formulation_t:evaluate]].
+  subroutine quasi_symmetric_interpolation_evaluate(self, pair, mine, rows)
+    class(quasi_symmetric_interpolation_t), intent(inout) :: self
+    type(contact_pair_t), intent(in) :: pair
+    logical, intent(in) :: mine(:)
+    type(contact_rows_t), intent(inout) :: rows
+
+    integer :: i, k, n_seen, seen
+    integer, allocatable :: master_node(:)
+    logical :: all_nodes(pair%n_node)
+    real(wp), allocatable :: weight(:)
+
+    all_nodes = .true.
+    call self%distances%prepare(pair, mine, all_nodes, .false.)
+    call self%distances%find_seen(pair%n_node, self%seen_by)
+    allocate (master_node(self%distances%master%n), weight(self%distances%master%n))
+    call rows%start(pair%n_node)
+    do i = 1, self%distances%slave%n
+      associate (own => self%distances%slave%item(i))
+        k = own%slave
+        call rows%begin_row(k, k, -own%foot%normal, 0.0_wp, own%area)
+      end associate
+      call add_slave_side(pair, k, rows)
+      n_seen = 0
+      do seen = self%seen_by%first(k), self%seen_by%first(k + 1) - 1
+        associate (other => self%distances%master%item(self%seen_by%item(seen)))
+          n_seen = n_seen + 1
+          master_node(n_seen) = other%slave
+          weight(n_seen) = other%foot%weight(findloc(other%foot%node, k, dim=1))
+          call add_master_side(pair, other%slave, weight(n_seen), other%foot%normal, rows)
+          weight(n_seen) = weight(n_seen) * other%area
+        end associate
+      end do
+      call self%distances%finish_row(master_node(:n_seen), weight(:n_seen), rows)
+    end do
+
+  end subroutine quasi_symmetric_interpolation_evaluate
+
+  subroutine add_slave_side(pair, node, rows)
+    type(contact_pair_t), intent(in) :: pair
+    integer, intent(in) :: node
+    type(contact_rows_t), intent(inout) :: rows
+
+    integer :: a, i
+    real(wp) :: mass(3, 3), normal(3), share
+
+    associate (slave => pair%slave)
+      do i = slave%first(node), slave%first(node + 1) - 1
+        mass = slave%mass(slave%around(i))
+        normal = slave%normal(:, slave%around(i))
+        do a = 1, slave%n_dim
+          if (pair%smoothing) normal = slave%sector_normal(:, slave%sector(a, slave%around(i)))
+          share = mass(a, slave%around_corner(i))
+          call rows%add(slave%facet(a, slave%around(i)), -share * normal, NO_SLOPE, share)
+        end do
+      end do
+    end associate
+
+  end subroutine add_slave_side
+
+  !> The column of the master's mass matrix that belongs to one of its nodes.
+  subroutine add_master_side(pair, node, weight, normal, rows)
+    type(contact_pair_t), intent(in) :: pair
+    integer, intent(in) :: node
+    real(wp), intent(in) :: weight
+    !> Out of the slave.
+    real(wp), intent(in) :: normal(3)
+    type(contact_rows_t), intent(inout) :: rows
+
+    integer :: a, i
+    real(wp) :: mass(3, 3), share
+
+    associate (master => pair%master)
+      do i = master%first(node), master%first(node + 1) - 1
+        mass = master%mass(master%around(i))
+        do a = 1, master%n_dim
+          share = weight * mass(a, master%around_corner(i))
+          call rows%add(master%facet(a, master%around(i)), share * normal, NO_SLOPE, -share)
+        end do
+      end do
+    end associate
+
+  end subroutine add_master_side
+
+  !> See [[contact_formulation_t:stiffness]]: none.
+  subroutine quasi_symmetric_interpolation_stiffness(self, pair, rows, lambda, blocks)
+    class(quasi_symmetric_interpolation_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    type(contact_rows_t), intent(in) :: rows
+    real(wp), intent(in) :: lambda(:)
+    type(contact_blocks_t), intent(inout) :: blocks
+
+    associate (unused_1 => self, unused_2 => pair, unused_3 => rows, unused_4 => lambda)
+    end associate
+    call blocks%start()
+
+  end subroutine quasi_symmetric_interpolation_stiffness
+
+  pure function quasi_symmetric_interpolation_balances(self) result(balances)
+    class(quasi_symmetric_interpolation_t), intent(in) :: self
+    logical :: balances
+
+    associate (unused => self)
+    end associate
+    balances = .false.
+
+  end function quasi_symmetric_interpolation_balances
+
+end module swage_quasi_symmetric_interpolation
