@@ -44,17 +44,27 @@ def oriented(points, cells):
             for cell in cells]
 
 
+def bodies(points, cells, name_cell):
+    """Groups of cells: BODY, or what `name_cell` says of the middle of each."""
+    groups = {}
+    for cell in oriented(points, cells):
+        middle = [sum(x) / len(cell) for x in zip(*(points[p] for p in cell))]
+        groups.setdefault(name_cell(*middle) if name_cell else 'BODY', []).append(cell)
+    return [(name, len(group[0]) - 1, group) for name, group in groups.items()]
+
+
 def floats(point):
     return tuple(float(x) for x in point)
 
 
-def write_rectangle(path, n, m, place=None, diagonal='rising', name_edge=None):
+def write_rectangle(path, n, m, place=None, diagonal='rising', name_edge=None, name_cell=None):
     """n x m rectangles of two triangles. Groups BODY, LEFT, RIGHT, BOTTOM, TOP of the unit square.
 
     diagonal: 'rising' from (i, j) to (i + 1, j + 1), 'falling', or 'alternating' (symmetric under
     reflection where n and m are even).
     name_edge: the group of an edge, given that side's name and the middle of the edge, where a side
     has several.
+    name_cell: the group of a triangle, given its middle, in place of BODY.
     """
     place = place or (lambda x, y: (x, y))
     points = [floats(place(i / n, j / m)) for j in range(m + 1) for i in range(n + 1)]
@@ -76,13 +86,16 @@ def write_rectangle(path, n, m, place=None, diagonal='rising', name_edge=None):
         for pair in pairs:
             middle = [sum(x) / 2 for x in zip(*(points[p] for p in pair))]
             edges.setdefault(name_edge(side, *middle) if name_edge else side, []).append(pair)
-    return write_msh(path, points, [('BODY', 2, oriented(points, cells)),
+    return write_msh(path, points, [*bodies(points, cells, name_cell),
                                     *((name, 1, pairs) for name, pairs in edges.items())])
 
 
-def write_box(path, n, m, k, place=None):
+def write_box(path, n, m, k, place=None, name_cell=None):
     """n x m x k boxes of six tetrahedra around the rising diagonal (Kuhn). Groups BODY, XMIN, XMAX,
-    YMIN, YMAX, ZMIN, ZMAX of the unit cube."""
+    YMIN, YMAX, ZMIN, ZMAX of the unit cube.
+
+    name_cell: the group of a tetrahedron, given its middle, in place of BODY.
+    """
     place = place or (lambda x, y, z: (x, y, z))
     size = (n, m, k)
     lattice = [(i, j, l) for l in range(k + 1) for j in range(m + 1) for i in range(n + 1)]
@@ -98,7 +111,7 @@ def write_box(path, n, m, k, place=None):
                 way.append(way[-1] + step[axis])
             cells.append(tuple(way))
 
-    groups = [('BODY', 3, oriented(points, cells))]
+    groups = bodies(points, cells, name_cell)
     for axis, end in itertools.product(range(3), (0, 1)):
         faces = []
         for cell in cells:

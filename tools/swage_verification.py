@@ -171,14 +171,14 @@ class Context:
 
     # --- Meshes, in `folder`
 
-    def rectangle(self, name, n, m, place=None, diagonal='rising', name_edge=None):
+    def rectangle(self, name, n, m, place=None, diagonal='rising', name_edge=None, name_cell=None):
         """NAME.msh: structured triangles; see swage_mesh_writer.write_rectangle. Returns its path."""
         return swage_mesh_writer.write_rectangle(self.folder / f'{name}.msh', n, m, place, diagonal,
-                                                 name_edge)
+                                                 name_edge, name_cell)
 
-    def box(self, name, n, m, k, place=None):
+    def box(self, name, n, m, k, place=None, name_cell=None):
         """NAME.msh: structured tetrahedra; see swage_mesh_writer.write_box."""
-        return swage_mesh_writer.write_box(self.folder / f'{name}.msh', n, m, k, place)
+        return swage_mesh_writer.write_box(self.folder / f'{name}.msh', n, m, k, place, name_cell)
 
     def cylinder(self, name, radius, height, size, quarter=False):
         """NAME.msh: tetrahedra by Gmsh, groups BODY, BOTTOM, TOP, SIDE (and XMIN, YMIN)."""

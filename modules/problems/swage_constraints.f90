@@ -1,5 +1,7 @@
 !> Prescribed displacements: which combinations of a node's components follow a given motion.
 !>
+!> Nodes are unknown nodes here, those of the matrix.
+!>
 !> A node may get directions from several boundaries. They are made orthonormal one after the
 !> other; where they are not coordinate axes the node's equations are turned to them.
 module swage_constraints
@@ -127,10 +129,12 @@ contains
   end subroutine constraints_complete
 
   !> The rest of the prescribed increments beyond those of `u`, 0 at free components.
-  pure subroutine constraints_pending(self, u, rest, largest)
+  pure subroutine constraints_pending(self, u, column, rest, largest)
     class(constraints_t), intent(in) :: self
-    !> Displacement increment [length]; shape (n_dim, n_node).
+    !> Displacement increment [length]; shape (n_dim, :).
     real(wp), intent(in) :: u(:, :)
+    !> Where it holds that of each node; shape (n_node).
+    integer, intent(in) :: column(:)
     !> Along the local axes, displacement slots only; shape (n_dim + 1, n_node).
     real(wp), intent(out) :: rest(:, :)
     !> Largest of them on this rank [length].
@@ -143,7 +147,7 @@ contains
     do i = 1, self%n_constrained
       do k = 1, self%n_direction(i)
         rest(k, self%node(i)) = self%value(k, i) &
-          - dot_product(self%axes(:, k, i), u(:, self%node(i)))
+          - dot_product(self%axes(:, k, i), u(:, column(self%node(i))))
         largest = max(largest, abs(rest(k, self%node(i))))
       end do
     end do

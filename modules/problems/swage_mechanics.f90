@@ -176,7 +176,7 @@ module swage_mechanics
     !> (n_dim, n_node).
     real(wp), allocatable :: increment(:, :), increment_last(:, :), increment_before(:, :)
     !> Pressures of the end and the start of the step, and of the starts of the last one and the one
-    !> before [stress]; shape (n_node).
+    !> before [stress]; shape (n_node of the unknowns).
     real(wp), allocatable :: pressure_new(:), pressure(:), pressure_last(:), pressure_before(:)
     !> Displacement since the start of the run [length]; shape (n_dim, n_node).
     real(wp), allocatable :: displacement(:, :)
@@ -211,9 +211,11 @@ module swage_mechanics
     type(constraints_t) :: constraints
     type(block_matrix_t) :: matrix
     class(linear_solver_t), allocatable :: solver
-    !> Internal minus external forces, then the volume equation; shape (n_dim + 1, n_node).
+    !> Internal minus external forces, then the volume equation; shape (n_dim + 1, n_node of the
+    !> unknowns).
     real(wp), allocatable :: residual(:, :)
-    !> The last correction, and the unknowns it starts from; shape (n_dim + 1, n_node).
+    !> The last correction, and the unknowns it starts from; shape (n_dim + 1, n_node of the
+    !> unknowns).
     real(wp), allocatable :: correction(:, :), base(:, :)
     !> Largest size of the forces at the accepted steps.
     real(wp) :: largest_force_scale = 0.0_wp
@@ -697,10 +699,10 @@ contains
     call apply_loads(self, moved)
     call balance_tools(self, moved)
     call self%times%end(PHASE_CONTACT)
-    call self%mesh%halo%accumulate(self%residual)
+    call self%unknowns%halo%accumulate(self%residual)
 
-    allocate (rest(self%mesh%dimension + 1, self%mesh%n_node))
-    call self%constraints%pending(self%increment, rest, largest)
+    allocate (rest(self%unknowns%n_slot, self%unknowns%n_node))
+    call self%constraints%pending(self%increment, self%unknowns%mesh_node, rest, largest)
     call self%comm%max(largest)
     self%has_safe_tangent = size(self%contacts) > 0
     self%has_pending_values = largest > IMPOSED * self%cell_size .or. self%controls%falls
@@ -734,6 +736,8 @@ contains
         node = i
       end if
     end do
+    ! Further pressures
+    sums(2) = sums(2) + sum(free(n + 1, self%mesh%n_own_node + 1:self%unknowns%n_own_node)**2)
     do i = 1, size(self%contacts)
       sums(3) = sums(3) + self%contacts(i)%force_square
     end do
@@ -754,7 +758,7 @@ contains
     self%scales(1) = max(self%carried_force, FORCE_FLOOR * sqrt(sums(4)), &
                          RELEASED * self%largest_force_scale, self%least_force)
     self%scales(2) = max(sums(5), LEAST_STRAIN * sums(6)) &
-      / sqrt(real(self%mesh%n_node_global, wp))
+      / sqrt(real(self%unknowns%n_node_global, wp))
     self%errors = sqrt(sums(1:2)) / self%scales
     self%work_error = 0.0_wp
     if (sqrt(sums(1)) > max(NEGLIGIBLE * self%scales(1), RESIDUAL_ROUNDING * self%least_force)) then
@@ -787,21 +791,22 @@ contains
     integer :: i, k, n
 
     n = self%mesh%dimension
-    self%base(:n, :) = self%increment
+    self%base(:n, self%unknowns%of_node) = self%increment
     self%base(n + 1, :) = self%pressure_new
     call prepare_contacts(self)
 
-    allocate (rest(n + 1, self%mesh%n_node), load(n + 1, self%mesh%n_node))
-    call self%constraints%pending(self%increment, rest, largest)
-    do i = 1, self%mesh%n_node
+    allocate (rest(n + 1, self%unknowns%n_node), load(n + 1, self%unknowns%n_node))
+    call self%constraints%pending(self%increment, self%unknowns%mesh_node, rest, largest)
+    do i = 1, self%unknowns%n_node
       associate (block => self%matrix%values(:, :, self%matrix%diagonal(i)))
         do k = 1, n
           block(k, k) = block(k, k) * (1.0_wp + STABILISATION)
         end do
       end associate
     end do
-    call self%constraints%impose(self%matrix, self%mesh%n_own_node, rest, load)
-    call self%mesh%halo%accumulate(load)
+    call self%constraints%impose(self%matrix, self%unknowns%n_own_node, rest, load)
+    call self%matrix%complete()
+    call self%unknowns%halo%accumulate(load)
     allocate (right_hand_side, source=self%residual)
     call self%constraints%to_local(right_hand_side)
     right_hand_side = -right_hand_side - load
@@ -862,7 +867,9 @@ contains
     integer :: n
 
     n = self%mesh%dimension
-    self%increment = self%base(:n, :) + step_length * self%correction(:n, :)
+    associate (node => self%unknowns%of_node)
+      self%increment = self%base(:n, node) + step_length * self%correction(:n, node)
+    end associate
     self%pressure_new = self%base(n + 1, :) + step_length * self%correction(n + 1, :)
     call move_tools(self, step_length)
 

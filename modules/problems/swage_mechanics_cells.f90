@@ -82,7 +82,17 @@ contains
       associate (cells => self%cell_order(range%first:range%last))
         call gather_nodes(element%n_dim, self%mesh%n_node, self%mesh%n_cell, n, cells, &
                           self%mesh%cell_node, self%mesh%coordinates, self%increment, &
-                          self%pressure, self%pressure_new, self%temperature, element, points)
+                          self%temperature, element, points)
+        associate (n_node => self%unknowns%n_node, n_cell => self%mesh%n_cell)
+          if (allocated(self%unknowns%cell_pressure)) then
+            call gather_pressures(element%n_vertex, n_node, n_cell, n, cells, &
+                                  self%unknowns%cell_pressure, self%pressure, self%pressure_new, &
+                                  element)
+          else
+            call gather_pressures(element%n_vertex, n_node, n_cell, n, cells, &
+                                  self%mesh%cell_node, self%pressure, self%pressure_new, element)
+          end if
+        end associate
         do i = 1, n
           element%deviator_old(i, :) = self%deviator(:, cells(i))
           element%log_volume_old(i) = self%log_volume(cells(i))
@@ -106,13 +116,13 @@ contains
 
   !> Values at the vertices of cells.
   pure subroutine gather_nodes(n_dim, n_node, n_cell, n, cells, cell_node, coordinates, increment, &
-                               pressure, pressure_new, temperature, element, points)
+                               temperature, element, points)
     integer, intent(in) :: n_dim, n_node, n_cell
     integer, intent(in) :: n
     integer, intent(in) :: cells(n)
     integer, intent(in) :: cell_node(n_dim + 1, n_cell)
     real(wp), intent(in) :: coordinates(n_dim, n_node), increment(n_dim, n_node)
-    real(wp), intent(in) :: pressure(n_node), pressure_new(n_node), temperature(n_node)
+    real(wp), intent(in) :: temperature(n_node)
     type(mini_batch_t), intent(inout) :: element
     type(point_batch_t), intent(inout) :: points
 
@@ -131,8 +141,6 @@ contains
           element%coordinates(i, 3, a) = coordinates(3, node)
           element%displacement(i, 3, a) = increment(3, node)
         end if
-        element%pressure_old(i, a) = pressure(node)
-        element%pressure_new(i, a) = pressure_new(node)
         mean = mean + temperature(node)
       end do
       mean = mean / (n_dim + 1)
@@ -141,6 +149,31 @@ contains
     end do
 
   end subroutine gather_nodes
+
+  !> Pressures at the vertices of cells.
+  pure subroutine gather_pressures(n_vertex, n_node, n_cell, n, cells, cell_pressure, pressure, &
+                                   pressure_new, element)
+    integer, intent(in) :: n_vertex
+    !> Unknown nodes.
+    integer, intent(in) :: n_node
+    integer, intent(in) :: n_cell
+    integer, intent(in) :: n
+    integer, intent(in) :: cells(n)
+    integer, intent(in) :: cell_pressure(n_vertex, n_cell)
+    real(wp), intent(in) :: pressure(n_node), pressure_new(n_node)
+    type(mini_batch_t), intent(inout) :: element
+
+    integer :: a, i, node
+
+    do i = 1, n
+      do a = 1, n_vertex
+        node = cell_pressure(a, cells(i))
+        element%pressure_old(i, a) = pressure(node)
+        element%pressure_new(i, a) = pressure_new(node)
+      end do
+    end do
+
+  end subroutine gather_pressures
 
   module subroutine evaluate_batch(self, range, size_of_step, status)
     class(mechanics_t), intent(inout) :: self
@@ -177,8 +210,13 @@ contains
       self%recommended_step = min(self%recommended_step, points%suggested_time_step)
 
       call self%matrix%add_cells(cells, element%tangent)
-      call scatter_forces(element%n_dim, self%mesh%n_node, self%mesh%n_cell, size(cells), cells, &
-                          self%mesh%cell_node, element%residual, self%residual)
+      if (allocated(self%unknowns%cell_pressure)) then
+        call scatter_split(element%n_vertex, cells, self%unknowns%cell_node, &
+                           self%unknowns%cell_pressure, element%residual, self%residual)
+      else
+        call scatter_forces(element%n_dim, self%mesh%n_node, self%mesh%n_cell, size(cells), &
+                            cells, self%mesh%cell_node, element%residual, self%residual)
+      end if
       call keep_results(self, law, cells)
       call measure_batch(element, points, size_of_step)
     end associate
@@ -238,6 +276,31 @@ contains
     end do
 
   end subroutine scatter_forces
+
+  !> The same where forces and volume equations may belong to different unknown nodes.
+  pure subroutine scatter_split(n_vertex, cells, cell_node, cell_pressure, cell_residual, residual)
+    integer, intent(in) :: n_vertex
+    integer, intent(in) :: cells(:)
+    integer, intent(in) :: cell_node(:, :), cell_pressure(:, :)
+    real(wp), intent(in) :: cell_residual(LANES, 4, 4)
+    !> Shape (n_vertex, n_node of the unknowns): a simplex has as many vertices as a node slots.
+    real(wp), intent(inout) :: residual(:, :)
+
+    integer :: a, c, i
+
+    do i = 1, size(cells)
+      do a = 1, n_vertex
+        associate (force => residual(:n_vertex - 1, cell_node(a, cells(i))), &
+                   volume => residual(n_vertex, cell_pressure(a, cells(i))))
+          do c = 1, n_vertex - 1
+            force(c) = force(c) + cell_residual(i, c, a)
+          end do
+          volume = volume + cell_residual(i, n_vertex, a)
+        end associate
+      end do
+    end do
+
+  end subroutine scatter_split
 
   !> What belongs to the end of the step.
   pure subroutine keep_results(self, law, cells)

@@ -114,7 +114,8 @@ contains
     n = self%mesh%dimension
     centre = 0.0_wp
     do i = 1, self%constraints%n_constrained
-      centre(:n) = centre(:n) + self%mesh%coordinates(:, self%constraints%node(i))
+      centre(:n) = centre(:n) &
+        + self%mesh%coordinates(:, self%unknowns%mesh_node(self%constraints%node(i)))
       centre(4) = centre(4) + 1.0_wp
     end do
     call self%comm%sum(centre)
@@ -130,7 +131,8 @@ contains
     gram = 0.0_wp
     do i = 1, self%constraints%n_constrained
       x = 0.0_wp
-      x(:n) = (self%mesh%coordinates(:, self%constraints%node(i)) - centre(:n)) / reach
+      x(:n) = (self%mesh%coordinates(:, self%unknowns%mesh_node(self%constraints%node(i))) &
+               - centre(:n)) / reach
       do k = 1, self%constraints%n_direction(i)
         row = 0.0_wp
         row(:n) = self%constraints%axes(:, k, i)

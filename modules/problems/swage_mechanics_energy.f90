@@ -53,7 +53,7 @@ contains
     end do
 
     call self%energies%add(step)
-    call move_alloc(support, self%support_force)
+    self%support_force = support(:, self%unknowns%of_node)
     call move_alloc(tool_force, self%tool_force)
     call move_alloc(reaction, self%reaction)
     call move_alloc(load_force, self%load_force)

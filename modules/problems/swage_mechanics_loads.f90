@@ -21,21 +21,22 @@ contains
 
     later = 0
     n = self%mesh%dimension
-    call self%constraints%reset(n, self%mesh%n_node)
+    call self%constraints%reset(n, self%unknowns%n_node)
     if (self%settings%kind == AXISYMMETRIC) then
       ! The axis stays the axis
       direction = [1.0_wp, 0.0_wp, 0.0_wp]
       do j = 1, self%mesh%n_node
         if (abs(self%mesh%coordinates(1, j)) > 1.0e-12_wp * self%cell_size) cycle
-        call self%constraints%add(j, direction(:n), 0.0_wp)
+        call self%constraints%add(self%unknowns%of_node(j), direction(:n), 0.0_wp)
       end do
     end if
     do i = 1, size(self%boundaries)
-      associate (place => self%boundaries(i), boundary => self%boundaries(i)%boundary)
+      associate (place => self%boundaries(i), boundary => self%boundaries(i)%boundary, &
+                 of_node => self%unknowns%of_node)
         select case (boundary%kind)
         case (BOUNDARY_SYMMETRY)
           do j = 1, size(place%node)
-            call self%constraints%add(place%node(j), place%normal(:n), 0.0_wp)
+            call self%constraints%add(of_node(place%node(j)), place%normal(:n), 0.0_wp)
           end do
         case (BOUNDARY_MOTION)
           motion = boundary%displacement_at(self%time_new) - boundary%displacement_at(self%time)
@@ -44,7 +45,7 @@ contains
             direction = 0.0_wp
             direction(k) = 1.0_wp
             do j = 1, size(place%node)
-              call self%constraints%add(place%node(j), direction(:n), motion(k))
+              call self%constraints%add(of_node(place%node(j)), direction(:n), motion(k))
             end do
           end do
         case default
@@ -71,7 +72,7 @@ contains
     integer :: i
 
     others = ''
-    associate (node => self%constraints%contradiction)
+    associate (node => self%unknowns%mesh_node(self%constraints%contradiction))
       do i = 1, later - 1
         associate (place => self%boundaries(i))
           if (place%boundary%kind /= BOUNDARY_MOTION .and. &
@@ -108,8 +109,9 @@ contains
           factor = boundary%factor_at(self%time_new)
           do k = 1, size(place%node)
             node = place%node(k)
-            self%residual(:n, node) = self%residual(:n, node) &
-              - factor * boundary%value(:n) * place%area(node)
+            associate (force => self%residual(:n, self%unknowns%of_node(node)))
+              force = force - factor * boundary%value(:n) * place%area(node)
+            end associate
             self%load_force(:, i) = self%load_force(:, i) &
               + factor * boundary%value * place%area(node)
           end do
@@ -151,7 +153,9 @@ contains
       weight = facet_share(self, x(:, node))
       do a = 1, n
         force = -pressure * weight(a) * normal
-        self%residual(:n, node(a)) = self%residual(:n, node(a)) - force(:n)
+        associate (rest => self%residual(:n, self%unknowns%of_node(node(a))))
+          rest = rest - force(:n)
+        end associate
         self%load_force(:, boundary) = self%load_force(:, boundary) + force
       end do
       if (self%settings%fixed_geometry) return

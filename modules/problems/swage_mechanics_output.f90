@@ -143,7 +143,7 @@ contains
           volumes(1) = volumes(1) + self%volume_new(cell)
         end if
         volumes(2) = volumes(2) + self%initial_volume(cell) &
-          * sum(exp(-law%inverse_bulk_modulus * self%pressure(self%mesh%cell_node(:, cell)))) &
+          * sum(exp(-law%inverse_bulk_modulus * cell_pressures(self, cell))) &
           / size(self%mesh%cell_node, 1)
       end associate
     end do
@@ -151,6 +151,20 @@ contains
     balance = [volumes(1), volumes(1) / volumes(2) - 1.0_wp]
 
   end function mass_balance
+
+  !> Pressures at the vertices of a cell [stress]; shape (n_vertex).
+  pure function cell_pressures(self, cell) result(pressures)
+    class(mechanics_t), intent(in) :: self
+    integer, intent(in) :: cell
+    real(wp) :: pressures(size(self%mesh%cell_node, 1))
+
+    if (allocated(self%unknowns%cell_pressure)) then
+      pressures = self%pressure(self%unknowns%cell_pressure(:, cell))
+    else
+      pressures = self%pressure(self%mesh%cell_node(:, cell))
+    end if
+
+  end function cell_pressures
 
   module procedure mechanics_collect_fields
 
@@ -165,11 +179,19 @@ contains
       vectors(:self%mesh%dimension, :) = self%increment_last / self%dt_last
     end if
     call fields%add('velocity', 'length/time', 'mean of the last increment', FIELD_NODAL, vectors)
-    call fields%add('pressure', 'stress', 'positive in compression', FIELD_NODAL, &
-                    reshape(self%pressure, [1, n]))
+    allocate (row(2, n), weights(3, n))
+    if (self%unknowns%n_further_global == 0_gp) then
+      call fields%add('pressure', 'stress', 'positive in compression', FIELD_NODAL, &
+                      reshape(self%pressure, [1, n]))
+    else
+      call mean_pressures(self, row)
+      call fields%add('pressure', 'stress', 'positive in compression; where materials meet the '// &
+                      'mean of theirs, by the volumes of cells', FIELD_NODAL, row(1:1, :))
+      call fields%add('pressure_jump', 'stress', 'largest less smallest pressure of the '// &
+                      'materials that meet at a node', FIELD_NODAL, row(2:2, :))
+    end if
     call fields%add('temperature', 'temperature', 'nodal temperature', FIELD_NODAL, &
                     reshape(self%temperature, [1, n]))
-    allocate (row(2, n), weights(3, n))
     call contact_fields(self, row, weights)
     call fields%add('contact_pressure', 'stress', 'on rigid tools, 0 where there is no contact', &
                     FIELD_NODAL, row(1:1, :))
@@ -195,6 +217,43 @@ contains
                     FIELD_CELL, reshape(real(self%material_of_cell, wp), [1, self%mesh%n_cell]))
 
   end procedure mechanics_collect_fields
+
+  !> Collective. Mean and range of the pressures of each node, on all copies.
+  subroutine mean_pressures(self, row)
+    class(mechanics_t), intent(in) :: self
+    !> Mean weighted by the volumes of cells, and largest less smallest [stress]; shape (2, n_node).
+    real(wp), contiguous, intent(out) :: row(:, :)
+
+    real(wp), allocatable :: greatest(:), least(:), volume(:, :), whole(:)
+    integer :: a, cell, i, node
+
+    allocate (volume(1, self%unknowns%n_node), source=0.0_wp)
+    do cell = 1, self%mesh%n_cell
+      do a = 1, size(self%mesh%cell_node, 1)
+        associate (share => volume(1, self%unknowns%cell_pressure(a, cell)))
+          share = share + self%volume_new(cell)
+        end associate
+      end do
+    end do
+    call self%unknowns%halo%accumulate(volume)
+
+    ! The owner of a node owns all its pressures
+    row = 0.0_wp
+    allocate (whole(self%mesh%n_own_node), source=0.0_wp)
+    allocate (greatest(self%mesh%n_own_node), source=-huge(1.0_wp))
+    allocate (least(self%mesh%n_own_node), source=huge(1.0_wp))
+    do i = 1, self%unknowns%n_own_node
+      node = self%unknowns%mesh_node(i)
+      whole(node) = whole(node) + volume(1, i)
+      row(1, node) = row(1, node) + volume(1, i) * self%pressure(i)
+      greatest(node) = max(greatest(node), self%pressure(i))
+      least(node) = min(least(node), self%pressure(i))
+    end do
+    row(1, :size(whole)) = row(1, :size(whole)) / whole
+    row(2, :size(whole)) = greatest - least
+    call self%mesh%halo%update(row)
+
+  end subroutine mean_pressures
 
   !> Contact pressure, penetration and friction on all copies of the nodes.
   subroutine contact_fields(self, row, traction)
@@ -340,6 +399,10 @@ contains
     end if
     text = text//new_line('a')//'mesh: peak memory of rank 0 while reading '// &
       number_of_real(self%mesh%report%peak_memory)//' MB'
+    if (self%unknowns%n_further_global > 0_gp) then
+      text = text//new_line('a')//'interfaces: '//number_of(self%unknowns%n_further_global)// &
+        ' further pressures at nodes where materials meet'
+    end if
     do i = 1, size(self%bodies)
       text = text//new_line('a')//'body '//self%bodies(i)%name//': material '// &
         self%materials(self%bodies(i)%material)%name//', law '// &

@@ -5,8 +5,11 @@
 submodule(swage_mechanics) swage_mechanics_restart
   use swage_checksum, only: bytes_of, checksum
   use swage_linear_solver, only: SOLVER_SAVED
-  use swage_snapshot, only: OF_CELLS, OF_NODES, snapshot_create
+  use swage_snapshot, only: OF_CELLS, OF_NODES, OF_SOME_NODES, snapshot_create
   implicit none(type, external)
+
+  !> Entry of a snapshot with the further pressures of nodes where materials meet.
+  character(len=*), parameter :: FURTHER = 'further pressures'
 
 contains
 
@@ -38,9 +41,12 @@ contains
     call snapshot%put('displacement', self%displacement, OF_NODES)
     call snapshot%put('last increment', self%increment_last, OF_NODES)
     call snapshot%put('increment before', self%increment_before, OF_NODES)
-    call snapshot%put('pressure', self%pressure, OF_NODES)
-    call snapshot%put('last pressure', self%pressure_last, OF_NODES)
-    call snapshot%put('pressure before', self%pressure_before, OF_NODES)
+    associate (node => self%unknowns%of_node)
+      call snapshot%put('pressure', self%pressure(node), OF_NODES)
+      call snapshot%put('last pressure', self%pressure_last(node), OF_NODES)
+      call snapshot%put('pressure before', self%pressure_before(node), OF_NODES)
+    end associate
+    if (self%unknowns%n_further_global > 0_gp) call save_further(self, snapshot)
     call snapshot%put('temperature', self%temperature, OF_NODES)
     call snapshot%put('deviator', self%deviator, OF_CELLS)
     call snapshot%put('log volume', self%log_volume, OF_CELLS)
@@ -80,9 +86,10 @@ contains
     call snapshot%get('displacement', self%displacement, status, OF_NODES)
     call snapshot%get('last increment', self%increment_last, status, OF_NODES)
     call snapshot%get('increment before', self%increment_before, status, OF_NODES)
-    call snapshot%get('pressure', self%pressure, status, OF_NODES)
-    call snapshot%get('last pressure', self%pressure_last, status, OF_NODES)
-    call snapshot%get('pressure before', self%pressure_before, status, OF_NODES)
+    call load_pressure('pressure', self%pressure)
+    call load_pressure('last pressure', self%pressure_last)
+    call load_pressure('pressure before', self%pressure_before)
+    if (self%unknowns%n_further_global > 0_gp) call load_further(self, snapshot, status)
     call snapshot%get('temperature', self%temperature, status, OF_NODES)
     call snapshot%get('deviator', self%deviator, status, OF_CELLS)
     call snapshot%get('log volume', self%log_volume, status, OF_CELLS)
@@ -117,7 +124,96 @@ contains
     call self%solver%load(snapshot, self%matrix, status)
     call self%comm%agree(status)
 
+  contains
+
+    !> What belongs to the nodes themselves.
+    subroutine load_pressure(name, pressure)
+      character(len=*), intent(in) :: name
+      !> Of the unknown nodes [stress].
+      real(wp), intent(inout) :: pressure(:)
+
+      real(wp), allocatable :: nodal(:)
+
+      allocate (nodal(self%mesh%n_node), source=0.0_wp)
+      call snapshot%get(name, nodal, status, OF_NODES)
+      pressure(self%unknowns%of_node) = nodal
+
+    end subroutine load_pressure
+
   end procedure mechanics_load
+
+  !> Nodes with further pressures that this rank owns, ascending.
+  pure subroutine list_interface(self, node, place)
+    class(mechanics_t), intent(in) :: self
+    integer, allocatable, intent(out) :: node(:)
+    !> Place in that list; shape (n_own_node of the mesh).
+    integer, allocatable, intent(out) :: place(:)
+
+    integer :: i, n
+
+    allocate (place(self%mesh%n_own_node), source=0)
+    do i = self%mesh%n_own_node + 1, self%unknowns%n_own_node
+      place(self%unknowns%mesh_node(i)) = 1
+    end do
+    allocate (node(sum(place)))
+    n = 0
+    do i = 1, size(place)
+      if (place(i) == 0) cycle
+      n = n + 1
+      node(n) = i
+      place(i) = n
+    end do
+
+  end subroutine list_interface
+
+  !> Three rows of further pressures for each material, in columns of nodes: all that a node may
+  !> have, so that they go by its number in the mesh.
+  subroutine save_further(self, snapshot)
+    class(mechanics_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    real(wp), allocatable :: values(:, :)
+    integer, allocatable :: node(:), place(:)
+    integer :: i, k
+
+    call list_interface(self, node, place)
+    allocate (values(3 * size(self%materials), size(node)), source=0.0_wp)
+    do i = self%mesh%n_own_node + 1, self%unknowns%n_own_node
+      k = 3 * self%unknowns%medium(i)
+      values(k - 2:k, place(self%unknowns%mesh_node(i))) = &
+        [self%pressure(i), self%pressure_last(i), self%pressure_before(i)]
+    end do
+    call snapshot%put(FURTHER, values, OF_SOME_NODES, node)
+
+  end subroutine save_further
+
+  !> Collective. Take them back.
+  subroutine load_further(self, snapshot, status)
+    class(mechanics_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    type(status_t), intent(inout) :: status
+
+    real(wp), allocatable :: both(:, :), values(:, :)
+    integer, allocatable :: node(:), place(:)
+    integer :: i, k
+
+    call list_interface(self, node, place)
+    allocate (values(3 * size(self%materials), size(node)), source=0.0_wp)
+    call snapshot%get(FURTHER, values, status, OF_SOME_NODES, node)
+    allocate (both(3, self%unknowns%n_node))
+    both(1, :) = self%pressure
+    both(2, :) = self%pressure_last
+    both(3, :) = self%pressure_before
+    do i = self%mesh%n_own_node + 1, self%unknowns%n_own_node
+      k = 3 * self%unknowns%medium(i)
+      both(:, i) = values(k - 2:k, place(self%unknowns%mesh_node(i)))
+    end do
+    call self%unknowns%halo%update(both)
+    self%pressure = both(1, :)
+    self%pressure_last = both(2, :)
+    self%pressure_before = both(3, :)
+
+  end subroutine load_further
 
   !> `axisymmetric, fixed geometry`.
   pure function kind_text(settings) result(string)

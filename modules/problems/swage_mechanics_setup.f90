@@ -74,17 +74,18 @@ contains
     call check_whole(mechanics, deck, status)
     if (status%failed()) return
 
-    associate (m => mechanics, n_node => mechanics%mesh%n_node)
+    associate (m => mechanics, n_node => mechanics%mesh%n_node, &
+               n_unknown => mechanics%unknowns%n_node)
       allocate (m%initial_coordinates, source=m%mesh%coordinates)
       allocate (m%increment(n, n_node), m%increment_last(n, n_node), &
                 m%increment_before(n, n_node), m%displacement(n, n_node), &
                 source=0.0_wp)
-      allocate (m%pressure(n_node), m%pressure_new(n_node), m%pressure_last(n_node), &
-                m%pressure_before(n_node), source=0.0_wp)
+      allocate (m%pressure(n_unknown), m%pressure_new(n_unknown), m%pressure_last(n_unknown), &
+                m%pressure_before(n_unknown), source=0.0_wp)
       allocate (m%temperature(n_node), source=settings%initial_temperature)
       allocate (m%support_force(n, n_node), source=0.0_wp)
-      allocate (m%residual(n + 1, n_node), m%correction(n + 1, n_node), m%base(n + 1, n_node), &
-                source=0.0_wp)
+      allocate (m%residual(n + 1, n_unknown), m%correction(n + 1, n_unknown), &
+                m%base(n + 1, n_unknown), source=0.0_wp)
       allocate (m%tool_force(6, size(m%tools)), m%reaction(3, size(m%boundaries)), &
                 m%load_force(3, size(m%boundaries)), source=0.0_wp)
     end associate
@@ -112,7 +113,7 @@ contains
   module procedure create_solver
 
   ! Displacements are positive definite, pressures negative; an idle slot is an identity row
-    call linear_solver_create(self%settings%linear_solver, self%comm, self%mesh%halo, &
+    call linear_solver_create(self%settings%linear_solver, self%comm, self%unknowns%halo, &
                               self%unknowns, self%matrix, int(self%unknowns%n_node_global), &
                               self%solver, status)
 
@@ -306,7 +307,8 @@ contains
       allocate (self%flow_stress_new, source=self%flow_stress)
 
       call build_batches(self, n_state)
-      call unknowns_create(mesh, self%unknowns)
+      call unknowns_create(mesh, self%comm, self%material_of_cell, size(self%materials), &
+                           self%unknowns)
       call block_matrix_create(self%unknowns, self%matrix)
       call self%matrix%expect(self%cell_order)
       size_of_cell = mesh%cell_size()

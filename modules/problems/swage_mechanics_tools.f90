@@ -273,9 +273,11 @@ contains
 
     n = self%controls%n
     if (n == 0) return
-    allocate (column(self%mesh%dimension + 1, self%mesh%n_node))
-    allocate (row(self%mesh%dimension + 1, self%mesh%n_node, n), source=0.0_wp)
-    allocate (response(self%mesh%dimension + 1, self%mesh%n_node, n), source=0.0_wp)
+    associate (unknowns => self%unknowns)
+      allocate (column(unknowns%n_slot, unknowns%n_node))
+      allocate (row(unknowns%n_slot, unknowns%n_node, n), source=0.0_wp)
+      allocate (response(unknowns%n_slot, unknowns%n_node, n), source=0.0_wp)
+    end associate
     self%controls%base = offsets(self)
 
     do k = 1, n
@@ -321,14 +323,15 @@ contains
       real(wp), intent(in) :: b(:, :)
       real(wp) :: total
 
-      total = sum(a(:, :self%mesh%n_own_node) * b(:, :self%mesh%n_own_node))
+      total = sum(a(:, :self%unknowns%n_own_node) * b(:, :self%unknowns%n_own_node))
       call self%comm%sum(total)
 
     end function product_of
 
   end procedure correct_tools
 
-  !> Column ∂R/∂q and row ∂r/∂u of a control, along the global axes, of this rank's own nodes.
+  !> Column ∂R/∂q and row ∂r/∂u of a control, along the global axes, of this rank's own nodes,
+  !> whose numbers are those of the unknowns.
   subroutine border(self, k, column, row)
     class(mechanics_t), intent(in) :: self
     integer, intent(in) :: k

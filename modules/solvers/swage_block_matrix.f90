@@ -1,5 +1,8 @@
 !> A sparse matrix of small dense blocks, one for each pair of unknown nodes that share a cell.
 !>
+!> A cell where media meet has pressures at other unknown nodes than displacements: its matrix is
+!> split, each pair of vertices over four blocks.
+!>
 !> Each rank holds what its own cells contribute; the matrix is the sum over the ranks, which the
 !> direct solver and the matrix-vector product take at their own time.
 module swage_block_matrix
@@ -8,7 +11,7 @@ module swage_block_matrix
   use swage_kinds, only: gp, wp
   use swage_point_batch, only: LANES
   use swage_relation, only: relation_from_pairs, relation_t
-  use swage_unknowns, only: unknowns_t
+  use swage_unknowns, only: unknowns_t, UNKNOWN_PRESSURE
   implicit none(type, external)
   private
 
@@ -30,6 +33,14 @@ module swage_block_matrix
     !> Blocks of each cell, row vertex fastest; shape (n_vertex, n_vertex, n_cell). Short integers,
     !> which are read faster: as many blocks as they can count take 256 GB on one rank.
     integer, allocatable :: cell_block(:, :, :)
+    !> Place of each cell among those that are split, 0 for others; not allocated when there is
+    !> none; shape (n_cell).
+    integer, allocatable :: split_of_cell(:)
+    !> Blocks of split cells beside `cell_block`, which has displacements in row and column:
+    !> pressure in the column, in the row, in both; shape (3, n_vertex, n_vertex, n_split).
+    integer, allocatable :: split_block(:, :, :, :)
+    !> Rows of this rank whose displacement slots are idle.
+    integer, allocatable :: idle_row(:)
     !> Shape (n_slot, n_slot, n_block), rows first.
     real(wp), allocatable :: values(:, :, :)
     !> Blocks with a part that no symmetric matrix can stand for, as how friction grows with the
@@ -63,6 +74,8 @@ module swage_block_matrix
     procedure :: add_unsymmetric => block_matrix_add_unsymmetric
     !> Block of the symmetric part, without what is listed as unsymmetric.
     procedure :: symmetric_block => block_matrix_symmetric_block
+    !> Make the rows of idle slots those of the identity, once all cells have come.
+    procedure :: complete => block_matrix_complete
     !> Collective. Product with a vector given on all copies of the nodes.
     procedure :: multiply => block_matrix_multiply
     !> Collective. Inverse roots of the sizes of the diagonal.
@@ -76,7 +89,7 @@ contains
     type(unknowns_t), intent(in) :: unknowns
     type(block_matrix_t), intent(out) :: matrix
 
-    integer, allocatable :: cell_of_node(:), first(:), stamp(:)
+    integer, allocatable :: cell_of_node(:), first(:), node_of_cell(:, :), stamp(:)
     integer(gp), allocatable :: place(:)
     integer :: a, b, cell, i, j, n, n_cell, n_node, n_vertex, pass
     integer(gp) :: filled, k
@@ -87,7 +100,14 @@ contains
     matrix%n_slot = unknowns%n_slot
     matrix%n_node = n_node
 
-    call list_cells(unknowns%cell_node, n_node, first, cell_of_node)
+    call list_split_cells(unknowns, matrix)
+    ! All unknown nodes of each cell; those of displacement and pressure may be given twice
+    n = n_vertex
+    if (allocated(matrix%split_of_cell)) n = 2 * n_vertex
+    allocate (node_of_cell(n, n_cell))
+    node_of_cell(:n_vertex, :) = unknowns%cell_node
+    if (n > n_vertex) node_of_cell(n_vertex + 1:, :) = unknowns%cell_pressure
+    call list_cells(node_of_cell, n_node, first, cell_of_node)
 
     ! Count, then fill: a stamp says that a column was met in this row
     allocate (stamp(n_node), matrix%row_start(n_node + 1), matrix%diagonal(n_node))
@@ -98,8 +118,8 @@ contains
       do i = 1, n_node
         n = 0
         do j = first(i), first(i + 1) - 1
-          do a = 1, n_vertex
-            associate (node => unknowns%cell_node(a, cell_of_node(j)))
+          do a = 1, size(node_of_cell, 1)
+            associate (node => node_of_cell(a, cell_of_node(j)))
               if (stamp(node) == i) cycle
               stamp(node) = i
               n = n + 1
@@ -139,10 +159,65 @@ contains
             matrix%cell_block(a, b, cell) = int(place(unknowns%cell_node(b, cell)))
           end do
         end do
+        if (allocated(matrix%split_of_cell)) call place_split(unknowns, cell, i, place, matrix)
       end do
     end do
 
   end subroutine block_matrix_create
+
+  !> Cells with a pressure that is not at the node of the displacement; rows with idle slots.
+  pure subroutine list_split_cells(unknowns, matrix)
+    type(unknowns_t), intent(in) :: unknowns
+    type(block_matrix_t), intent(inout) :: matrix
+
+    integer, allocatable :: split_of_cell(:)
+    integer :: cell, i, n
+
+    associate (kind => unknowns%kind(:unknowns%n_own_node))
+      allocate (matrix%idle_row(count(kind == UNKNOWN_PRESSURE)))
+      matrix%idle_row(:) = pack([(i, i=1, size(kind))], kind == UNKNOWN_PRESSURE)
+    end associate
+    if (.not. allocated(unknowns%cell_pressure)) return
+    allocate (split_of_cell(size(unknowns%cell_node, 2)), source=0)
+    n = 0
+    do cell = 1, size(split_of_cell)
+      if (all(unknowns%cell_pressure(:, cell) == unknowns%cell_node(:, cell))) cycle
+      n = n + 1
+      split_of_cell(cell) = n
+    end do
+    if (n == 0) return
+    call move_alloc(split_of_cell, matrix%split_of_cell)
+    i = size(unknowns%cell_node, 1)
+    allocate (matrix%split_block(3, i, i, n), source=0)
+
+  end subroutine list_split_cells
+
+  !> Where the blocks in a row of a cell lie that have pressures in row or column, if it is split.
+  pure subroutine place_split(unknowns, cell, row, place, matrix)
+    type(unknowns_t), intent(in) :: unknowns
+    integer, intent(in) :: cell
+    integer, intent(in) :: row
+    !> Block of each column of the row.
+    integer(gp), intent(in) :: place(:)
+    type(block_matrix_t), intent(inout) :: matrix
+
+    integer :: a, b
+
+    if (matrix%split_of_cell(cell) == 0) return
+    associate (block => matrix%split_block(:, :, :, matrix%split_of_cell(cell)), &
+               node => unknowns%cell_node(:, cell), pressure => unknowns%cell_pressure(:, cell))
+      do b = 1, size(node)
+        do a = 1, size(node)
+          if (node(a) == row) block(1, a, b) = int(place(pressure(b)))
+          if (pressure(a) == row) then
+            block(2, a, b) = int(place(node(b)))
+            block(3, a, b) = int(place(pressure(b)))
+          end if
+        end do
+      end do
+    end associate
+
+  end subroutine place_split
 
   pure subroutine block_matrix_clear(self)
     class(block_matrix_t), intent(inout) :: self
@@ -169,13 +244,19 @@ contains
     integer, intent(in) :: cells(:)
 
     integer, allocatable :: first_cell(:)
-    integer :: a, i, row
+    integer :: a, i, row, split
 
     allocate (first_cell(self%n_node), source=size(cells) + 1)
     ! Backwards: the first remains
     do i = size(cells), 1, -1
       do a = 1, size(self%cell_block, 1)
         first_cell(self%column(self%cell_block(a, a, cells(i)))) = cells(i)
+      end do
+      if (.not. allocated(self%split_of_cell)) cycle
+      split = self%split_of_cell(cells(i))
+      if (split == 0) cycle
+      do a = 1, size(self%cell_block, 1)
+        first_cell(self%column(self%split_block(3, a, a, split))) = cells(i)
       end do
     end do
     call relation_from_pairs(size(cells) + 1, self%n_node, first_cell, &
@@ -227,37 +308,95 @@ contains
     !> the leading n_slot rows and columns, and n_vertex vertices, count.
     real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
 
-    integer :: i
+    integer :: first, i
 
     if (self%renewing) then
       do i = 1, size(cells)
         call clear_new_rows(self, cells(i))
       end do
     end if
-    if (self%n_slot == 4) then
-      call add_blocks_of_4(size(self%cell_block, 3), self%n_block, size(cells), self%cell_block, &
-                           cells, cell_matrices, self%values)
-    else
-      call add_blocks_of_3(size(self%cell_block, 3), self%n_block, size(cells), self%cell_block, &
-                           cells, cell_matrices, self%values)
+    first = 1
+    if (allocated(self%split_of_cell)) then
+      do i = 1, size(cells)
+        if (self%split_of_cell(cells(i)) == 0) cycle
+        call add_run(self, first, i - 1, cells, cell_matrices)
+        call add_split_cell(self, cells(i), i, cell_matrices)
+        first = i + 1
+      end do
     end if
+    call add_run(self, first, size(cells), cells, cell_matrices)
 
   end subroutine block_matrix_add_cells
 
+  !> Cells of a batch from one place to another, none of them split.
+  pure subroutine add_run(matrix, first, last, cells, cell_matrices)
+    type(block_matrix_t), intent(inout) :: matrix
+    integer, intent(in) :: first
+    integer, intent(in) :: last
+    integer, contiguous, intent(in) :: cells(:)
+    real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
+
+    if (matrix%n_slot == 4) then
+      call add_blocks_of_4(size(matrix%cell_block, 3), matrix%n_block, first, last, &
+                           matrix%cell_block, cells, cell_matrices, matrix%values)
+    else
+      call add_blocks_of_3(size(matrix%cell_block, 3), matrix%n_block, first, last, &
+                           matrix%cell_block, cells, cell_matrices, matrix%values)
+    end if
+
+  end subroutine add_run
+
+  !> One cell whose pressures have unknown nodes of their own.
+  pure subroutine add_split_cell(matrix, cell, lane, cell_matrices)
+    type(block_matrix_t), intent(inout) :: matrix
+    integer, intent(in) :: cell
+    !> Place of the cell in its batch.
+    integer, intent(in) :: lane
+    real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
+
+    integer :: a, b, n
+
+    n = matrix%n_slot
+    associate (place => matrix%split_block(:, :, :, matrix%split_of_cell(cell)), &
+               values => matrix%values)
+      do b = 1, size(place, 3)
+        do a = 1, size(place, 2)
+          associate (part => cell_matrices(:n, lane, :n, a, b))
+            associate (block => values(:n - 1, :n - 1, matrix%cell_block(a, b, cell)))
+              block = block + part(:n - 1, :n - 1)
+            end associate
+            associate (column => values(:n - 1, n, place(1, a, b)))
+              column = column + part(:n - 1, n)
+            end associate
+            associate (row => values(n, :n - 1, place(2, a, b)))
+              row = row + part(n, :n - 1)
+            end associate
+            associate (corner => values(n, n, place(3, a, b)))
+              corner = corner + part(n, n)
+            end associate
+          end associate
+        end do
+      end do
+    end associate
+
+  end subroutine add_split_cell
+
   !> Cells of four nodes; sizes are fixed, so that columns of blocks are added as vectors.
-  pure subroutine add_blocks_of_4(n_cell, n_block, n, cell_block, cells, cell_matrices, values)
+  pure subroutine add_blocks_of_4(n_cell, n_block, first, last, cell_block, cells, cell_matrices, &
+                                  values)
     integer, intent(in) :: n_cell
     integer(gp), intent(in) :: n_block
-    integer, intent(in) :: n
+    !> Of the cells.
+    integer, intent(in) :: first, last
     integer, intent(in) :: cell_block(4, 4, n_cell)
-    integer, intent(in) :: cells(n)
+    integer, intent(in) :: cells(last)
     real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
     real(wp), intent(inout) :: values(4, 4, n_block)
 
     integer :: a, b, c, d, i, k
 
     ! The directive keeps gfortran from unrolling the loop before it finds that it is a vector
-    do i = 1, n
+    do i = first, last
       do b = 1, 4
         do a = 1, 4
           k = cell_block(a, b, cells(i))
@@ -274,18 +413,19 @@ contains
   end subroutine add_blocks_of_4
 
   !> The same for cells of three nodes.
-  pure subroutine add_blocks_of_3(n_cell, n_block, n, cell_block, cells, cell_matrices, values)
+  pure subroutine add_blocks_of_3(n_cell, n_block, first, last, cell_block, cells, cell_matrices, &
+                                  values)
     integer, intent(in) :: n_cell
     integer(gp), intent(in) :: n_block
-    integer, intent(in) :: n
+    integer, intent(in) :: first, last
     integer, intent(in) :: cell_block(3, 3, n_cell)
-    integer, intent(in) :: cells(n)
+    integer, intent(in) :: cells(last)
     real(wp), intent(in) :: cell_matrices(4, LANES, 4, 4, 4)
     real(wp), intent(inout) :: values(3, 3, n_block)
 
     integer :: a, b, c, d, i, k
 
-    do i = 1, n
+    do i = first, last
       do b = 1, 3
         do a = 1, 3
           k = cell_block(a, b, cells(i))
@@ -409,6 +549,19 @@ contains
     place = low
 
   end function block_at
+
+  pure subroutine block_matrix_complete(self)
+    class(block_matrix_t), intent(inout) :: self
+
+    integer :: c, i
+
+    do i = 1, size(self%idle_row)
+      do c = 1, self%n_slot - 1
+        self%values(c, c, self%diagonal(self%idle_row(i))) = 1.0_wp
+      end do
+    end do
+
+  end subroutine block_matrix_complete
 
   subroutine block_matrix_multiply(self, halo, x, y)
     class(block_matrix_t), intent(in) :: self

@@ -157,8 +157,8 @@ contains
     real(wp) :: start
 
     associate (problem => simulation%mechanics)
-      call factor_layout_create(comm, problem%mesh%halo, problem%unknowns, problem%matrix, layout, &
-                                status)
+      call factor_layout_create(comm, problem%unknowns%halo, problem%unknowns, problem%matrix, &
+                                layout, status)
       call factor%create(layout, problem%matrix, UNSYMMETRIC, 0.0_wp, status)
       start = seconds()
       call factor%factorise(layout, problem%matrix, status)
@@ -187,8 +187,8 @@ contains
     integer :: i
 
     associate (problem => simulation%mechanics)
-      call factor_layout_create(comm, problem%mesh%halo, problem%unknowns, problem%matrix, layout, &
-                                status)
+      call factor_layout_create(comm, problem%unknowns%halo, problem%unknowns, problem%matrix, &
+                                layout, status)
       call factor%create(layout, problem%matrix, WITHOUT_PIVOTING, &
                          merge(LOW_RANK, 0.0_wp, problem%matrix%n_node >= LOW_RANK_NODES), status)
       start = seconds()
