@@ -50,15 +50,26 @@ module swage_body_contact
   type :: response_t
     !> Traction of friction and inertia on the slave [stress].
     real(wp) :: traction(3) = 0.0_wp
-    !> Pressure by penetration [stress/length].
-    real(wp) :: penalty = 0.0_wp
-    !> Derivatives of the traction by the motion of the slave past the master [stress/length], by
-    !> the pressure [1], and by the angle that the master turns about the normal [stress].
+    !> Pressure by penetration, by the area [stress/length^3].
+    real(wp) :: by_gap = 0.0_wp
+    !> Derivative of the traction by the motion of the slave past the master, by the area
+    !> [stress/length^3].
     real(wp) :: by_motion(3, 3) = 0.0_wp
+    !> Derivatives of the traction by area times penetration [stress/length^3], and by the angle
+    !> that the master turns about the normal [stress]; whether there are any.
     real(wp) :: by_pressure(3) = 0.0_wp
     real(wp) :: by_angle(3) = 0.0_wp
+    logical :: is_unsymmetric = .false.
     type(spin_t) :: spin
   end type response_t
+
+  !> Entries of the conditions around each surface node, of those conditions that count.
+  type :: incidence_t
+    !> First entry in the list of each node, and one past the last of all; shape (n_node + 1).
+    integer, allocatable :: first(:)
+    !> Entry, and row that it belongs to.
+    integer, allocatable :: entry(:), row(:)
+  end type incidence_t
 
   !> One pair of surfaces: the conditions of the slave nodes that this rank owns. What one condition
   !> has is found under its place; those of one node need not follow each other.
@@ -292,9 +303,10 @@ contains
     !> factor leaves out.
     type(contact_blocks_t), intent(inout) :: unsymmetric
 
-    type(response_t) :: response
+    type(response_t) :: response(rows%n_row)
     real(wp) :: force(3), velocity
     integer :: entry, i, row
+    logical :: counts(rows%n_row)
 
     velocity = default_velocity
     if (self%friction%regularisation_velocity > 0.0_wp) then
@@ -305,23 +317,27 @@ contains
     ! Rates are not turned: within a step that is a small share of them
     call self%inertia%begin_step(dt, IDENTITY)
     self%force_square = 0.0_wp
+    counts = .false.
     do row = 1, rows%n_row
       i = self%condition(row)
       if (i == 0) cycle
-      call press(self, row, i, rows, x_start, x_moved, dt, velocity, response)
-      if (.not. self%active(i)) cycle
+      call press(self, row, i, rows, x_start, x_moved, dt, velocity, response(row))
+      counts(row) = self%active(i)
+      if (.not. counts(row)) cycle
 
       self%row_pressure(row) = self%pressure(i)
       do entry = rows%first(row), rows%first(row + 1) - 1
         associate (f => residual(:, rows%node(entry)))
-          f = f - self%pressure(i) * rows%force(:, entry) - rows%share(entry) * response%traction
+          f = f - self%pressure(i) * rows%force(:, entry) &
+            - rows%share(entry) * response(row)%traction
         end associate
       end do
-      call add_blocks(rows, row, response, blocks)
-      call add_unsymmetric_blocks(rows, row, x_start, response, unsymmetric)
-      force = rows%area(row) * (self%pressure(i) * rows%normal(:, row) - response%traction)
+      force = rows%area(row) * (self%pressure(i) * rows%normal(:, row) - response(row)%traction)
       self%force_square = self%force_square + dot_product(force, force)
     end do
+    call add_blocks(rows, counts, size(residual, 2), response, blocks)
+    call add_unsymmetric_blocks(rows, counts .and. response%is_unsymmetric, x_start, response, &
+                                unsymmetric)
 
   end subroutine body_contact_evaluate
 
@@ -365,7 +381,7 @@ contains
     type(response_t), intent(out) :: response
 
     type(friction_point_t) :: point
-    real(wp) :: d_inertia(3, 3), flat(3, 3), motion(3), normal(3), turned(3)
+    real(wp) :: d_inertia(3, 3), flat(3, 3), motion(3), normal(3), penalty, turned(3)
     integer :: entry
 
     normal = rows%normal(:, row)
@@ -387,8 +403,8 @@ contains
     call self%decide(i, rows%gap(row) - self%shift_share(2) * self%shift(i))
     if (.not. self%active(i)) return
 
-    response%penalty = self%growth * self%penalty(i)
-    self%pressure(i) = self%multiplier(i) + response%penalty * self%penetration(i)
+    penalty = self%growth * self%penalty(i)
+    self%pressure(i) = self%multiplier(i) + penalty * self%penetration(i)
     ! A bond turns with the master and lies in the tangent plane
     turned = matmul(self%turn(:, :, i), self%bond(:, i))
     point%traction_old = matmul(flat, turned)
@@ -406,12 +422,15 @@ contains
                              flat, d_inertia)
 
     response%traction = point%traction + self%inertia%traction(:, i)
-    response%by_motion = matmul(point%d_slip, flat) + d_inertia
-    if (self%pressure(i) > 0.0_wp) response%by_pressure = point%d_pressure
+    response%by_gap = penalty / rows%area(row)
+    response%by_motion = matmul(point%d_slip, flat)
+    response%by_motion = (response%by_motion + d_inertia) / rows%area(row)
+    if (self%pressure(i) > 0.0_wp) response%by_pressure = response%by_gap * point%d_pressure
     if (response%spin%exists) then
       turned = cross_product(normal, turned)
       response%by_angle = matmul(point%d_traction_old, turned)
     end if
+    response%is_unsymmetric = norm2(response%by_pressure) + norm2(response%by_angle) > 0.0_wp
     self%turned_about(i) = dot_product(point%traction, self%traction_was(:, i)) < 0.0_wp
     if (self%turned_about(i)) then
       point%secant = norm2(point%traction - self%traction_was(:, i)) &
@@ -503,54 +522,140 @@ contains
 
   end function spin_slope
 
-  !> Blocks of one condition: of pressure by penetration, and of friction by slip.
-  pure subroutine add_blocks(rows, row, response, blocks)
+  !> Entries around each node.
+  pure subroutine find_incidence(rows, counts, n_node, around)
     type(contact_rows_t), intent(in) :: rows
-    integer, intent(in) :: row
-    type(response_t), intent(in) :: response
+    !> Rows that do; shape (n_row).
+    logical, intent(in) :: counts(:)
+    integer, intent(in) :: n_node
+    type(incidence_t), intent(out) :: around
+
+    integer, allocatable :: next(:)
+    integer :: i, k, row
+
+    allocate (around%first(n_node + 1), source=0)
+    around%first(1) = 1
+    do row = 1, size(counts)
+      if (.not. counts(row)) cycle
+      do k = rows%first(row), rows%first(row + 1) - 1
+        i = rows%node(k) + 1
+        around%first(i) = around%first(i) + 1
+      end do
+    end do
+    do i = 2, n_node + 1
+      around%first(i) = around%first(i - 1) + around%first(i)
+    end do
+    allocate (next, source=around%first)
+    allocate (around%entry(next(n_node + 1) - 1), around%row(next(n_node + 1) - 1))
+    do row = 1, size(counts)
+      if (.not. counts(row)) cycle
+      do k = rows%first(row), rows%first(row + 1) - 1
+        i = rows%node(k)
+        around%entry(next(i)) = k
+        around%row(next(i)) = row
+        next(i) = next(i) + 1
+      end do
+    end do
+
+  end subroutine find_incidence
+
+  !> Blocks of pressure by penetration, and of friction by slip, one for each pair of nodes.
+  pure subroutine add_blocks(rows, counts, n_node, response, blocks)
+    type(contact_rows_t), intent(in) :: rows
+    !> Rows that do; shape (n_row).
+    logical, intent(in) :: counts(:)
+    !> Surface nodes.
+    integer, intent(in) :: n_node
+    !> Shape (n_row).
+    type(response_t), intent(in) :: response(:)
     type(contact_blocks_t), intent(inout) :: blocks
 
-    real(wp) :: by_gap, by_motion(3, 3)
-    integer :: j, k
+    real(wp) :: force(3), part(3, 3), share
+    type(incidence_t) :: around
+    integer :: entry, j, k, p, place(n_node), row, seen_by(n_node)
 
-    by_gap = response%penalty / rows%area(row)
-    by_motion = response%by_motion / rows%area(row)
-    do k = rows%first(row), rows%first(row + 1) - 1
-      do j = rows%first(row), rows%first(row + 1) - 1
-        call blocks%add(rows%node(j), rows%node(k), &
-                        -by_gap * dyadic(rows%force(:, j), rows%slope(:, k)) &
-                        - rows%share(j) * rows%share(k) * by_motion)
+    call find_incidence(rows, counts, n_node, around)
+    seen_by = 0
+    do j = 1, n_node
+      do p = around%first(j), around%first(j + 1) - 1
+        entry = around%entry(p)
+        row = around%row(p)
+        force = -response(row)%by_gap * rows%force(:, entry)
+        share = -rows%share(entry)
+        do k = rows%first(row), rows%first(row + 1) - 1
+          part = dyadic(force, rows%slope(:, k)) &
+            + (share * rows%share(k)) * response(row)%by_motion
+          call add_part(j, rows%node(k), part, seen_by, place, blocks)
+        end do
       end do
     end do
 
   end subroutine add_blocks
 
   !> The same of friction by pressure, and by the turn of the master.
-  pure subroutine add_unsymmetric_blocks(rows, row, x_start, response, blocks)
+  pure subroutine add_unsymmetric_blocks(rows, counts, x_start, response, blocks)
     type(contact_rows_t), intent(in) :: rows
-    integer, intent(in) :: row
+    logical, intent(in) :: counts(:)
     real(wp), intent(in) :: x_start(:, :)
-    type(response_t), intent(in) :: response
+    type(response_t), intent(in) :: response(:)
     type(contact_blocks_t), intent(inout) :: blocks
 
-    real(wp) :: by_gap(3), by_place(3, 3), slope(3)
-    integer :: j, k
+    real(wp), allocatable :: by_place(:, :, :)
+    real(wp) :: part(3, 3), slope(3)
+    type(incidence_t) :: around
+    integer :: entry, j, k, p, place(size(x_start, 2)), row, seen_by(size(x_start, 2))
 
-    if (.not. norm2(response%by_pressure) + norm2(response%by_angle) > 0.0_wp) return
-    by_gap = response%penalty / rows%area(row) * response%by_pressure
-    do k = rows%first(row), rows%first(row + 1) - 1
-      by_place = dyadic(by_gap, rows%slope(:, k))
-      if (rows%share(k) < 0.0_wp .and. norm2(response%by_angle) > 0.0_wp) then
-        slope = spin_slope(response%spin, rows%normal(:, row), -rows%share(k), &
-                           x_start(:, rows%node(k)))
-        by_place = by_place + dyadic(response%by_angle, slope)
-      end if
-      do j = rows%first(row), rows%first(row + 1) - 1
-        call blocks%add(rows%node(j), rows%node(k), -rows%share(j) * by_place)
+    if (.not. any(counts)) return
+    allocate (by_place(3, 3, rows%count_entries()))
+    do row = 1, size(counts)
+      if (.not. counts(row)) cycle
+      do k = rows%first(row), rows%first(row + 1) - 1
+        by_place(:, :, k) = dyadic(response(row)%by_pressure, rows%slope(:, k))
+        if (rows%share(k) < 0.0_wp .and. response(row)%spin%exists) then
+          slope = spin_slope(response(row)%spin, rows%normal(:, row), -rows%share(k), &
+                             x_start(:, rows%node(k)))
+          by_place(:, :, k) = by_place(:, :, k) + dyadic(response(row)%by_angle, slope)
+        end if
+      end do
+    end do
+
+    call find_incidence(rows, counts, size(x_start, 2), around)
+    seen_by = 0
+    do j = 1, size(x_start, 2)
+      do p = around%first(j), around%first(j + 1) - 1
+        entry = around%entry(p)
+        row = around%row(p)
+        do k = rows%first(row), rows%first(row + 1) - 1
+          part = -rows%share(entry) * by_place(:, :, k)
+          call add_part(j, rows%node(k), part, seen_by, place, blocks)
+        end do
       end do
     end do
 
   end subroutine add_unsymmetric_blocks
+
+  !> Add to the block of two nodes, which appears with its first mention.
+  pure subroutine add_part(row, column, part, seen_by, place, blocks)
+    !> Those of one row come one after the other.
+    integer, intent(in) :: row
+    integer, intent(in) :: column
+    real(wp), intent(in) :: part(3, 3)
+    !> Last row that had each column, and where; shape (n_node).
+    integer, intent(inout) :: seen_by(:)
+    integer, intent(inout) :: place(:)
+    type(contact_blocks_t), intent(inout) :: blocks
+
+    if (seen_by(column) == row) then
+      associate (block => blocks%block(:, :, place(column)))
+        block = block + part
+      end associate
+    else
+      call blocks%add(row, column, part)
+      seen_by(column) = row
+      place(column) = blocks%n
+    end if
+
+  end subroutine add_part
 
   !> By the trapezoidal rule; what stored energy and friction leave of it is excess.
   pure subroutine body_contact_work(self, rows, x_start, x_moved, work)
@@ -597,16 +702,19 @@ contains
     !> Added to.
     type(contact_blocks_t), intent(inout) :: blocks
 
-    type(response_t) :: response
+    type(response_t) :: response(rows%n_row)
     integer :: i, row
+    logical :: counts(rows%n_row)
 
+    counts = .false.
     do row = 1, rows%n_row
       i = self%condition(row)
       if (i == 0) cycle
-      if (.not. (self%active(i) .and. (takes_secants .or. self%turned_about(i)))) cycle
-      response%by_motion = -self%row_secant(:, :, row)
-      call add_blocks(rows, row, response, blocks)
+      counts(row) = self%active(i) .and. (takes_secants .or. self%turned_about(i)) .and. &
+        norm2(self%row_secant(:, :, row)) > 0.0_wp
+      response(row)%by_motion = -self%row_secant(:, :, row) / rows%area(row)
     end do
+    if (any(counts)) call add_blocks(rows, counts, size(self%nodal_load, 2), response, blocks)
     call self%hold()
 
   end subroutine body_contact_watch
