@@ -80,7 +80,7 @@ contains
     real(wp), intent(inout) :: value(:)
 
     integer, parameter :: MAXIMUM_ITERATIONS = 200
-    real(wp), parameter :: TOLERANCE = 1.0e-15_wp
+    real(wp), parameter :: TOLERANCE = 1.0e-15_wp, LEAST_SHARE = 1.0e-3_wp
 
     integer :: iteration
     real(wp) :: first, old, scale, step
@@ -117,7 +117,8 @@ contains
 
       image_of = 0.0_wp
       do f = 1, surface%n_facet
-        mass = surface%mass(f)
+        ! A little of every facet, so that no node is left without any
+        mass = max(surface%share(f), LEAST_SHARE) * surface%mass(f)
         associate (node => surface%facet(:, f))
           do b = 1, surface%n_dim
             if (.not. counts(node(b))) cycle

@@ -185,7 +185,7 @@ contains
       condition%n = 1
       condition%node(1) = node
       condition%weight(1) = 1.0_wp
-      condition%area = slave%area(node)
+      condition%area = slave%pressed_area(node)
       call list%append(condition)
     end do
 

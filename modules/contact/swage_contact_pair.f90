@@ -1,5 +1,6 @@
 !> Two deformable surfaces that may touch, and how far around their contact is looked for.
 module swage_contact_pair
+  use swage_contact_foot, only: contact_foot_t, FACING, find_foot
   use swage_contact_surface, only: contact_surface_create, contact_surface_t
   use swage_kinds, only: wp
   implicit none(type, external)
@@ -20,7 +21,8 @@ module swage_contact_pair
     !> One interpolated normal field for projection and force, instead of the facets' normals.
     logical :: smoothing = .false.
   contains
-    !> Take new positions as those of the start of a step: areas, and what edges are sharp.
+    !> Take new positions as those of the start of a step: areas, what of them counts, and what
+    !> edges are sharp.
     procedure :: begin_step => contact_pair_begin_step
     !> Take new positions.
     procedure :: update => contact_pair_update
@@ -56,15 +58,43 @@ contains
 
   end subroutine contact_pair_create
 
-  pure subroutine contact_pair_begin_step(self, x)
+  subroutine contact_pair_begin_step(self, x)
     class(contact_pair_t), intent(inout) :: self
     !> [length]; shape (3, n_node).
     real(wp), intent(in) :: x(:, :)
 
     call self%slave%begin_step(x)
     call self%master%begin_step(x)
+    call weigh_facets(self, self%master, self%slave)
+    call weigh_facets(self, self%slave, self%master)
 
   end subroutine contact_pair_begin_step
+
+  !> A facet counts when its middle sees the other surface, fully up to 60 degrees against it.
+  subroutine weigh_facets(pair, other, surface)
+    type(contact_pair_t), intent(in) :: pair
+    type(contact_surface_t), intent(in) :: other
+    type(contact_surface_t), intent(inout) :: surface
+
+    real(wp), parameter :: FULL = -0.5_wp
+
+    integer :: f
+    real(wp) :: cosine, middle(3), share(surface%n_facet)
+    type(contact_foot_t) :: foot
+
+    middle = 0.0_wp
+    middle(:surface%n_dim) = 1.0_wp / surface%n_dim
+    share = 0.0_wp
+    do f = 1, surface%n_facet
+      call find_foot(other, surface%point(f, middle), surface%normal(:, f:f), pair%reach, &
+                     pair%depth, .false., foot)
+      if (foot%facet == 0) cycle
+      cosine = dot_product(surface%normal(:, f), other%normal(:, foot%facet))
+      share(f) = min(max((cosine - FACING) / (FULL - FACING), 0.0_wp), 1.0_wp)
+    end do
+    call surface%take_shares(share)
+
+  end subroutine weigh_facets
 
   pure subroutine contact_pair_update(self, x)
     class(contact_pair_t), intent(inout) :: self

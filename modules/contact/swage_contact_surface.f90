@@ -5,6 +5,9 @@
 !> together when their normals differ by less than the feature angle. Each sector has a normal, the
 !> mean of those of its facets, in space weighted by their angles at the node. Sectors and areas
 !> are those of the start of the step, everything else is of the present iterate.
+!>
+!> A surface may be that of a whole body: facets that turn away from the other surface do not count
+!> in the areas pressed on, so that a node at an edge has the area of the side that is in contact.
 module swage_contact_surface
   use swage_bounding_tree, only: bounding_tree_create, bounding_tree_t
   use swage_kinds, only: wp
@@ -47,6 +50,9 @@ module swage_contact_surface
     !> their corners from the axis [length], shapes (n_facet), (n_dim, n_facet); area of the nodes
     !> [length^2], in the plane for a unit thickness; shape (n_node).
     real(wp), allocatable :: extent(:), radius(:, :), area(:)
+    !> How much of each facet counts, least share of any facet for a node, and the area of the nodes
+    !> that counts [1], [1], [length^2]; shapes (n_facet), (n_node), (n_node).
+    real(wp), allocatable :: share(:), least_share(:), pressed_area(:)
     !> Positions of the nodes, only those of this surface are looked at [length]; shape (3, n_node).
     real(wp), allocatable :: x(:, :)
     !> Unit normals of the facets and of the sectors; shapes (3, n_facet), (3, n_sector).
@@ -65,6 +71,10 @@ module swage_contact_surface
     procedure :: measure => contact_surface_measure
     !> Integrals of the products of two shape functions over a facet.
     procedure :: mass => contact_surface_mass
+    !> Say how much of each facet counts.
+    procedure :: take_shares => contact_surface_take_shares
+    !> A column of the mass matrix of a facet as far as it counts.
+    procedure :: pressed_mass => contact_surface_pressed_mass
     !> Gradients of the weights of the corners along a facet.
     procedure :: gradients => contact_surface_gradients
     !> True when the facets of a node look towards a surface with the given normal.
@@ -124,8 +134,9 @@ contains
     call find_neighbours(surface)
 
     allocate (surface%extent(surface%n_facet), surface%radius(n_dim, surface%n_facet), &
-              surface%area(n_node), surface%x(3, n_node), surface%normal(3, surface%n_facet), &
-              source=0.0_wp)
+              surface%area(n_node), surface%pressed_area(n_node), surface%x(3, n_node), &
+              surface%normal(3, surface%n_facet), source=0.0_wp)
+    allocate (surface%share(surface%n_facet), surface%least_share(n_node), source=1.0_wp)
     allocate (surface%sector(n_dim, surface%n_facet), source=0)
     allocate (surface%sector_normal(3, 0))
 
@@ -164,6 +175,7 @@ contains
 
     integer :: a, f
     real(wp) :: mass(3, 3)
+    real(wp), allocatable :: lower(:, :), upper(:, :)
 
     self%x = x
     call find_facet_normals(self)
@@ -184,9 +196,80 @@ contains
         end do
       end associate
     end do
+    self%share = 1.0_wp
+    self%least_share = 1.0_wp
+    self%pressed_area = self%area
+    call find_boxes(self, lower, upper)
+    call bounding_tree_create(lower, upper, self%tree)
     call self%update(x)
 
   end subroutine contact_surface_begin_step
+
+  !> A node of which little counts keeps a tenth of its area, one of which nothing does keeps all:
+  !> it must not be free to penetrate when it comes into contact during the step.
+  pure subroutine contact_surface_take_shares(self, share)
+    class(contact_surface_t), intent(inout) :: self
+    !> From 0 to 1; shape (n_facet).
+    real(wp), intent(in) :: share(:)
+
+    real(wp), parameter :: LEAST = 0.1_wp
+
+    integer :: i, k, node
+    real(wp) :: column(3)
+
+    self%share = share
+    self%least_share = 0.0_wp
+    do k = 1, size(self%node)
+      node = self%node(k)
+      self%pressed_area(node) = 0.0_wp
+      do i = self%first(node), self%first(node + 1) - 1
+        column = self%pressed_mass(self%around(i), self%around_corner(i))
+        self%pressed_area(node) = self%pressed_area(node) + sum(column)
+      end do
+      if (self%pressed_area(node) >= LEAST * self%area(node)) cycle
+      self%least_share(node) = merge(LEAST, 1.0_wp, self%pressed_area(node) > 0.0_wp)
+      self%pressed_area(node) = 0.0_wp
+      do i = self%first(node), self%first(node + 1) - 1
+        column = self%pressed_mass(self%around(i), self%around_corner(i))
+        self%pressed_area(node) = self%pressed_area(node) + sum(column)
+      end do
+    end do
+
+  end subroutine contact_surface_take_shares
+
+  pure function contact_surface_pressed_mass(self, facet, corner) result(column)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    integer, intent(in) :: corner
+    !> [length^2]; its sums over the facets around a node make its `pressed_area`.
+    real(wp) :: column(3)
+
+    real(wp) :: mass(3, 3)
+
+    mass = self%mass(facet)
+    column = max(self%share(facet), self%least_share(self%facet(corner, facet))) * mass(:, corner)
+
+  end function contact_surface_pressed_mass
+
+  pure subroutine find_boxes(surface, lower, upper)
+    type(contact_surface_t), intent(in) :: surface
+    !> [length]; shape (3, n_facet).
+    real(wp), allocatable, intent(out) :: lower(:, :)
+    real(wp), allocatable, intent(out) :: upper(:, :)
+
+    integer :: a, f
+
+    allocate (lower(3, surface%n_facet), upper(3, surface%n_facet))
+    do f = 1, surface%n_facet
+      lower(:, f) = surface%x(:, surface%facet(1, f))
+      upper(:, f) = lower(:, f)
+      do a = 2, surface%n_dim
+        lower(:, f) = min(lower(:, f), surface%x(:, surface%facet(a, f)))
+        upper(:, f) = max(upper(:, f), surface%x(:, surface%facet(a, f)))
+      end do
+    end do
+
+  end subroutine find_boxes
 
   pure subroutine contact_surface_update(self, x)
     class(contact_surface_t), intent(inout) :: self
@@ -218,12 +301,8 @@ contains
       self%sector_normal(:, s) = normalised(self%sector_normal(:, s))
     end do
 
-    allocate (lower(3, self%n_facet), upper(3, self%n_facet))
-    do f = 1, self%n_facet
-      lower(:, f) = minval(x(:, self%facet(:, f)), dim=2)
-      upper(:, f) = maxval(x(:, self%facet(:, f)), dim=2)
-    end do
-    call bounding_tree_create(lower, upper, self%tree)
+    call find_boxes(self, lower, upper)
+    call self%tree%refit(lower, upper)
 
   end subroutine contact_surface_update
 

@@ -101,15 +101,15 @@ contains
     type(contact_rows_t), intent(inout) :: rows
 
     integer :: a, i
-    real(wp) :: mass(3, 3), normal(3), share
+    real(wp) :: column(3), normal(3), share
 
     associate (slave => pair%slave)
       do i = slave%first(node), slave%first(node + 1) - 1
-        mass = slave%mass(slave%around(i))
+        column = slave%pressed_mass(slave%around(i), slave%around_corner(i))
         normal = slave%normal(:, slave%around(i))
         do a = 1, slave%n_dim
           if (pair%smoothing) normal = slave%sector_normal(:, slave%sector(a, slave%around(i)))
-          share = mass(a, slave%around_corner(i))
+          share = column(a)
           call rows%add(slave%facet(a, slave%around(i)), -share * normal, NO_SLOPE, share)
         end do
       end do
@@ -127,13 +127,13 @@ contains
     type(contact_rows_t), intent(inout) :: rows
 
     integer :: a, i
-    real(wp) :: mass(3, 3), share
+    real(wp) :: column(3), share
 
     associate (master => pair%master)
       do i = master%first(node), master%first(node + 1) - 1
-        mass = master%mass(master%around(i))
+        column = master%pressed_mass(master%around(i), master%around_corner(i))
         do a = 1, master%n_dim
-          share = weight * mass(a, master%around_corner(i))
+          share = weight * column(a)
           call rows%add(master%facet(a, master%around(i)), share * normal, NO_SLOPE, -share)
         end do
       end do

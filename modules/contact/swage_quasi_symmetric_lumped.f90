@@ -158,7 +158,7 @@ contains
     real(wp), intent(out) :: spread(:, :)
 
     integer :: a, i, j, k
-    real(wp) :: mass(3, 3)
+    real(wp) :: column(3)
 
     spread = 0.0_wp
     associate (master => pair%master)
@@ -166,9 +166,9 @@ contains
         j = master%node(k)
         if (.not. asked(j)) cycle
         do i = master%first(j), master%first(j + 1) - 1
-          mass = master%mass(master%around(i))
+          column = master%pressed_mass(master%around(i), master%around_corner(i))
           do a = 1, master%n_dim
-            spread(:, j) = spread(:, j) + mass(a, master%around_corner(i)) / master%area(j) &
+            spread(:, j) = spread(:, j) + column(a) / master%pressed_area(j) &
               * master%x(:, master%facet(a, master%around(i)))
           end do
         end do
@@ -268,13 +268,13 @@ contains
     type(contact_rows_t), intent(inout) :: rows
 
     integer :: a, i
-    real(wp) :: mass(3, 3), share
+    real(wp) :: column(3), share
 
     associate (master => pair%master)
       do i = master%first(node), master%first(node + 1) - 1
-        mass = master%mass(master%around(i))
+        column = master%pressed_mass(master%around(i), master%around_corner(i))
         do a = 1, master%n_dim
-          share = mass(a, master%around_corner(i)) / master%area(node)
+          share = column(a) / master%pressed_area(node)
           call rows%add(master%facet(a, master%around(i)), share * vector, NO_SLOPE, &
                         -share * meeting)
         end do
@@ -339,14 +339,14 @@ contains
     type(contact_blocks_t), intent(inout) :: blocks
 
     integer :: a, i
-    real(wp) :: mass(3, 3)
+    real(wp) :: mass(3)
 
     associate (master => pair%master)
       do i = master%first(node), master%first(node + 1) - 1
-        mass = master%mass(master%around(i))
+        mass = master%pressed_mass(master%around(i), master%around_corner(i))
         do a = 1, master%n_dim
           call blocks%add(master%facet(a, master%around(i)), column, &
-                          mass(a, master%around_corner(i)) / master%area(node) * block)
+                          mass(a) / master%pressed_area(node) * block)
         end do
       end do
     end associate

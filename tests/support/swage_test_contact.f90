@@ -10,7 +10,7 @@ module swage_test_contact
   implicit none(type, external)
   private
 
-  public :: arc_pair, formulation_of, imbalance, line_pair, sheet_pair, slope_error
+  public :: arc_pair, block_pair, formulation_of, imbalance, line_pair, sheet_pair, slope_error
   public :: stiffness_error, total_force
 
 contains
@@ -61,6 +61,53 @@ contains
     call pair%begin_step(x)
 
   end subroutine line_pair
+
+  !> Two blocks one upon the other, 1 long and 0.5 high, each with its whole surface: the upper one,
+  !> the slave, has the first nodes and lies a little deeper.
+  subroutine block_pair(n_slave, n_master, overlap, pair, x)
+    !> Facets along the interface.
+    integer, intent(in) :: n_slave, n_master
+    real(wp), intent(in) :: overlap
+    type(contact_pair_t), intent(out) :: pair
+    real(wp), allocatable, intent(out) :: x(:, :)
+
+    integer :: n
+    integer, allocatable :: master_facet(:, :), slave_facet(:, :)
+
+    n = 2 * (n_slave + 2)
+    allocate (x(3, n + 2 * (n_master + 2)), source=0.0_wp)
+    allocate (slave_facet(2, n), master_facet(2, 2 * (n_master + 2)))
+    call set_block(n_slave, slave_facet, x(:, :n))
+    call set_block(n_master, master_facet, x(:, n + 1:))
+    x(2, :n) = x(2, :n) - overlap
+    x(2, n + 1:) = x(2, n + 1:) - 0.5_wp
+    master_facet = master_facet + n
+    call contact_pair_create(2, .false., slave_facet, master_facet, size(x, 2), 0.1_wp, 0.1_wp, &
+                             .false., DEFAULT_FEATURE_ANGLE, pair)
+    call pair%begin_step(x)
+
+  end subroutine block_pair
+
+  !> The rim of a block from its lower left corner, counter-clockwise, with two facets a side wall.
+  subroutine set_block(n, facet, x)
+    integer, intent(in) :: n
+    integer, intent(out) :: facet(:, :)
+    real(wp), intent(inout) :: x(:, :)
+
+    integer :: i, n_node
+
+    n_node = 2 * (n + 2)
+    do i = 0, n
+      x(:2, i + 1) = [real(i, wp) / n, 0.0_wp]
+      x(:2, n + 3 + i) = [1.0_wp - real(i, wp) / n, 0.5_wp]
+    end do
+    x(:2, n + 2) = [1.0_wp, 0.25_wp]
+    x(:2, n_node) = [0.0_wp, 0.25_wp]
+    do i = 1, n_node
+      facet(:, i) = [i, 1 + mod(i, n_node)]
+    end do
+
+  end subroutine set_block
 
   !> Two arcs that bulge upwards, of a radius near 2, which meet in the middle and gape at the ends.
   subroutine arc_pair(n_slave, n_master, hollow, smoothing, pair, x)
