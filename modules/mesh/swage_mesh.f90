@@ -8,7 +8,7 @@ module swage_mesh
   private
 
   public :: mesh_t, mesh_group_t, mesh_report_t
-  public :: cell_measure, face_corners, group_place
+  public :: cell_measure, face_corners, group_place, search_groups
   public :: GROUP_NAME_LENGTH
 
   !> Longest name of a physical group (Gmsh allows 127 characters).
@@ -32,6 +32,10 @@ module swage_mesh
     integer(gp) :: n_reoriented = 0_gp
     !> Nodes that belong to no cell and were left out.
     integer(gp) :: n_dropped_node = 0_gp
+    !> Nodes that became one with others at the same place, and nodes that were added where bodies
+    !> are to be apart.
+    integer(gp) :: n_merged_node = 0_gp
+    integer(gp) :: n_split_node = 0_gp
     !> Largest memory of rank 0 until the mesh was distributed, in megabytes; 0 unknown.
     real(wp) :: peak_memory = 0.0_wp
   end type mesh_report_t

@@ -8,6 +8,7 @@ module swage_mesh_distribution
   use swage_kinds, only: gp, wp
   use swage_memory, only: peak_memory
   use swage_mesh, only: face_corners, mesh_group_t, mesh_t
+  use swage_mesh_interface, only: apply_interfaces, mesh_interface_t
   use swage_mesh_source, only: mesh_source_create, mesh_source_t
   use swage_partition, only: partition_cells
   use swage_relation, only: relation_from_pairs, relation_t
@@ -50,7 +51,7 @@ contains
   !>
   !> Nodes and cells are put in an order in which neighbours are close to each other; their numbers
   !> in the file are kept as tags.
-  subroutine mesh_load(path, dimension, scale, comm, mesh, status)
+  subroutine mesh_load(path, dimension, scale, comm, mesh, status, interfaces)
     character(len=*), intent(in) :: path
     !> 2: triangles in the plane z = 0; 3: tetrahedra.
     integer, intent(in) :: dimension
@@ -58,13 +59,31 @@ contains
     real(wp), intent(in) :: scale
     type(comm_t), intent(in) :: comm
     type(mesh_t), intent(out) :: mesh
-    !> `STATUS_ERROR` with `EXIT_MESH`, the same on all ranks, when the file or the mesh is faulty.
+    !> `STATUS_ERROR` with `EXIT_MESH`, the same on all ranks, when the file or the mesh is faulty;
+    !> with `EXIT_INPUT` when it does not fit `interfaces`.
     type(status_t), intent(inout) :: status
+    !> What is asked for where bodies meet.
+    type(mesh_interface_t), intent(in), optional :: interfaces(:)
 
     type(mesh_source_t) :: source
+    integer :: n_merged, n_split
 
-    if (comm%rank == 0) call read_gmsh(path, source, status)
+    n_merged = 0
+    n_split = 0
+    if (comm%rank == 0) then
+      call read_gmsh(path, source, status)
+      if (present(interfaces) .and. .not. status%failed()) then
+        call apply_interfaces(source, dimension, interfaces, n_merged, n_split, status)
+      end if
+    end if
     call distribute(source, dimension, scale, .false., comm, mesh, status)
+    if (status%failed()) return
+    mesh%report%n_merged_node = int(n_merged, gp)
+    mesh%report%n_split_node = int(n_split, gp)
+    call comm%sum(mesh%report%n_merged_node)
+    call comm%sum(mesh%report%n_split_node)
+    ! What has been merged belongs to no cell any more
+    mesh%report%n_dropped_node = mesh%report%n_dropped_node - mesh%report%n_merged_node
 
   end subroutine mesh_load
 

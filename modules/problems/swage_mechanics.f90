@@ -312,7 +312,8 @@ module swage_mechanics
       type(status_t), intent(inout) :: status
     end subroutine mechanics_create
 
-    !> Record the keys of `&body`, `&boundary` or `&contact` in a group made for explaining.
+    !> Record the keys of `&body`, `&interface`, `&boundary` or `&contact` in a group made for
+    !> explaining.
     module subroutine mechanics_explain(kind, group)
       use swage_group, only: group_t
       implicit none(type, external)

@@ -397,6 +397,14 @@ contains
       text = text//new_line('a')//'mesh: '//number_of(self%mesh%report%n_dropped_node)// &
         ' nodes belong to no cell and were left out'
     end if
+    if (self%mesh%report%n_merged_node > 0_gp) then
+      text = text//new_line('a')//'interfaces: '//number_of(self%mesh%report%n_merged_node)// &
+        ' nodes became one with those at the same place'
+    end if
+    if (self%mesh%report%n_split_node > 0_gp) then
+      text = text//new_line('a')//'interfaces: '//number_of(self%mesh%report%n_split_node)// &
+        ' nodes added where bodies are apart'
+    end if
     text = text//new_line('a')//'mesh: peak memory of rank 0 while reading '// &
       number_of_real(self%mesh%report%peak_memory)//' MB'
     if (self%unknowns%n_further_global > 0_gp) then

@@ -1,6 +1,7 @@
 !> Reading and building of [[swage_mechanics]].
 submodule(swage_mechanics) swage_mechanics_setup
   use swage_block_matrix, only: block_matrix_create
+  use swage_body_keys, only: explain_interface, take_body
   use swage_boundary, only: boundary_from_group, BOUNDARY_MOTION, BOUNDARY_PRESSURE, &
                             BOUNDARY_SYMMETRY, BOUNDARY_TRACTION, explain_boundary
   use swage_friction, only: friction_law_t
@@ -102,6 +103,8 @@ contains
       call take_body(group, material, group_name)
     case ('boundary')
       call explain_boundary(group)
+    case ('interface')
+      call explain_interface(group)
     case ('contact')
       call take_contact(group, keys)
     case default
@@ -130,19 +133,6 @@ contains
     from = nothing
 
   end subroutine move_mesh
-
-  subroutine take_body(group, material, group_name)
-    type(group_t), intent(inout) :: group
-    character(len=:), allocatable, intent(out) :: material
-    character(len=:), allocatable, intent(out) :: group_name
-
-    material = ''
-    group_name = ''
-    call group%take('material', material, 'Name of its &material.', required=.true.)
-    call group%take('group', group_name, 'Physical group of its cells, by name or number.', &
-                    required=.true.)
-
-  end subroutine take_body
 
   !> Bodies, their materials, and which cell belongs to which.
   subroutine read_bodies(self, deck, status)

@@ -74,6 +74,7 @@ contains
       entry_t('mesh', 'The mesh of all bodies.', .false., explain_mesh), &
       entry_t('body', 'Cells of the mesh and the material they are made of.', .true., &
               explain_body), &
+      entry_t('interface', 'How two bodies of the mesh meet.', .true., explain_interface), &
       entry_t('material', 'A constitutive law and its parameters.', .true., null(), 'law', &
               explain_material, material_names), &
       entry_t('flow_stress', 'How the yield stress of a material depends on its history.', &
@@ -216,6 +217,13 @@ contains
     call mechanics_explain('body', group)
 
   end subroutine explain_body
+
+  subroutine explain_interface(group)
+    type(group_t), intent(inout) :: group
+
+    call mechanics_explain('interface', group)
+
+  end subroutine explain_interface
 
   subroutine explain_boundary(group)
     type(group_t), intent(inout) :: group

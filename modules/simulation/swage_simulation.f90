@@ -1,5 +1,6 @@
 !> A run from its input file to its results, one increment at a time.
 module swage_simulation
+  use swage_body_keys, only: interfaces_from_deck
   use swage_case, only: case_from_deck, case_t
   use swage_checkpoint, only: checkpoint_t, GO_ON, SAVE_AND_GO_ON, SAVE_AND_STOP
   use swage_comm, only: comm_t
@@ -11,6 +12,7 @@ module swage_simulation
   use swage_mechanics, only: mechanics_create, mechanics_settings_t, mechanics_t
   use swage_mesh, only: mesh_t
   use swage_mesh_distribution, only: mesh_load
+  use swage_mesh_interface, only: mesh_interface_t
   use swage_cell_geometry, only: THREE_DIMENSIONAL
   use swage_newton, only: newton_report_t, newton_solve
   use swage_output_path, only: check_writable
@@ -22,8 +24,8 @@ module swage_simulation
                               totals, unit_of_time
   use swage_snapshot, only: snapshot_t
   use swage_spelling, only: did_you_mean, listed
-  use swage_status, only: status_t, EXIT_CONVERGENCE, EXIT_MESH, EXIT_STOPPED, STATUS_ERROR, &
-                          STATUS_RETRY
+  use swage_status, only: status_t, EXIT_CONVERGENCE, EXIT_INPUT, EXIT_MESH, EXIT_STOPPED, &
+                          STATUS_ERROR, STATUS_RETRY
   use swage_step_control, only: step_control_create, step_control_t
   use swage_text, only: text
   implicit none(type, external)
@@ -218,6 +220,7 @@ contains
     logical, intent(in), optional :: only_if_saved
 
     type(mechanics_settings_t) :: settings
+    type(mesh_interface_t), allocatable :: interfaces(:)
     type(mesh_t) :: mesh
     type(status_t) :: outcome
     type(tally_t) :: nothing
@@ -246,9 +249,15 @@ contains
     if (status%failed()) return
 
     associate (job => self%case%job, solver => self%case%solver)
+      call interfaces_from_deck(self%deck, interfaces, status)
+      if (status%failed()) return
       call mesh_load(self%case%mesh%path, merge(3, 2, job%kind == THREE_DIMENSIONAL), &
-                     self%case%mesh%scale, comm, mesh, outcome)
-      if (outcome%failed()) then
+                     self%case%mesh%scale, comm, mesh, outcome, interfaces)
+      if (outcome%exit_code == EXIT_INPUT .and. outcome%failed()) then
+        ! Says itself where
+        call status%raise(STATUS_ERROR, 'simulation_prepare', trim(outcome%message), EXIT_INPUT)
+        return
+      else if (outcome%failed()) then
         call status%raise(STATUS_ERROR, 'simulation_prepare', self%case%mesh%title//': '// &
                           trim(outcome%message), outcome%exit_code)
         return

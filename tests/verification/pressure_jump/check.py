@@ -12,6 +12,10 @@ Poisson's ratios the stress is E/(1 - nu^2) kappa (y - y_n) everywhere, and M = 
 nu^2) kappa. Linear displacements over 12 cells a layer are 0.7 % too stiff: 1 %, falling with
 order 2.
 
+Interfaces: layers whose mesh has nodes of its own for each of them, at the same places, are bonded by
+`&interface`, and give the same jump; layers that share nodes are parted by `treatment = 'contact'`,
+and the upper one, drawn off, moves without any force.
+
 A billet of two metals that flow, pressed under friction: saved, it goes on to the same bits on one
 rank, on another number of ranks to 1e-8; its energies balance (tools/verify holds them to 1e-3).
 """
@@ -52,7 +56,7 @@ BILLET = """
 &friction name = 'friction' kind = 'coulomb' coefficient = 0.12 /
 &contact name = 'top' slave = 'TOP' master = 'upper' friction = 'friction' /
 &step duration = 1 increments = 12 /
-&solver tolerance = 1e-10 pressure_tolerance = 1e-9 maximum_iterations = 30 /
+&solver tolerance = 1e-11 pressure_tolerance = 1e-10 maximum_iterations = 30 /
 &output double_precision = .true. every = 3 /
 &restart {restart} /
 """
@@ -74,13 +78,14 @@ def run(context):
     for ranks in (1, 2, 3):
         yield jump(context, '3d', 'three', 'mumps_lagged', ranks, names=('soft', 'stiff', 'third'),
                    strains=(STRAIN, -2 * STRAIN))
+    yield from interfaces(context)
     yield from bending(context)
     yield from billet(context)
 
 
 # --- Jump
 
-def jump(context, dimension, mesh, solver, ranks, names=('soft', 'stiff'), strains=None):
+def jump(context, dimension, mesh, solver, ranks, names=('soft', 'stiff'), strains=None, rest=''):
     """Largest error of the pressures in all cells, and of the jump at nodes, by the jump."""
     along_x, along_z = strains or {'plane_strain': (-STRAIN, 0), 'axisymmetric': (-STRAIN / 2, 0),
                                    '3d': (-STRAIN / 2, -STRAIN / 2)}[dimension]
@@ -92,7 +97,7 @@ def jump(context, dimension, mesh, solver, ranks, names=('soft', 'stiff'), strai
     # Stretched sides prescribe the strain; the height follows
     case = CASE.format(dimension=dimension, mesh=mesh, solver=solver,
                        bodies='\n'.join(incompressible(name) for name in names),
-                       boundaries='\n'.join(motion(*entry) for entry in moved))
+                       boundaries='\n'.join(motion(*entry) for entry in moved) + rest)
     done = context.run_swage(case, ranks=ranks, name=f'{mesh}_{dimension}_{solver}_{ranks}')
     step = done.results().step(-1)
     numbers = step.numbers[TETRAHEDRON if dimension == '3d' else TRIANGLE]
@@ -161,6 +166,53 @@ Physical Surface("ZMIN") = Surface In BoundingBox{-e, -e, -e, 1+e, 1+e, e};
 Physical Surface("ZMAX") = Surface In BoundingBox{-e, -e, 1-e, 1+e, 1+e, 1+e};
 Mesh.MeshSizeMin = 0.25; Mesh.MeshSizeMax = 0.3;
 ''', 3, name)
+
+
+# --- Interfaces
+
+def interfaces(context):
+    """Layers bonded that share no node, and layers parted that do."""
+    sheets(context, 'doubled')
+    bond = "\n&interface name = 'bond' bodies = 'soft', 'stiff' treatment = '{}' /"
+    for ranks in (1, 2, 3):
+        yield jump(context, 'plane_strain', 'doubled', 'mumps_lagged', ranks,
+                   rest=bond.format('bonded'))
+    pulled = '\n'.join(motion(*entry) for entry in (('LEFT', 'x', 0), ('BOTTOM', 'y', 0),
+                                                    ('TOP', 'y', 0.01)))
+    for mesh, treatment, ranks in (('rows', 'bonded', 1), ('rows', 'contact', 1),
+                                   ('rows', 'contact', 2), ('rows', 'contact', 3)):
+        done = context.run_swage(CASE.format(
+            dimension='plane_strain', mesh=mesh, solver='mumps_lagged',
+            bodies=incompressible('soft') + '\n' + incompressible('stiff'),
+            boundaries=pulled + bond.format(treatment)), ranks=ranks, name=f'{treatment}_{ranks}')
+        force = done.history['reaction_TOP_y'][-1]
+        if treatment == 'bonded':
+            # Without shear between the layers, of 4 G each in plane strain: the bound of Reuss
+            yield context.above('bonded layers drawn apart: force', force,
+                                0.01 * 4 / (0.5 / MODULI['soft'] + 0.5 / MODULI['stiff']))
+        else:
+            yield context.zero(f'parted layers drawn apart, {ranks} ranks: force', force, 1e-12)
+
+
+def sheets(context, name, n=5, m=3):
+    """Two layers of n x m rectangles, each with its own nodes."""
+    points, groups = [], {key: [] for key in ('soft', 'stiff', 'LEFT', 'RIGHT', 'BOTTOM', 'TOP')}
+    for body, base in (('soft', 0.0), ('stiff', 0.5)):
+        start = len(points)
+        points += [(i / n, base + 0.5 * j / m) for j in range(m + 1) for i in range(n + 1)]
+
+        def at(i, j, start=start):
+            return start + j * (n + 1) + i
+
+        for j, i in itertools.product(range(m), range(n)):
+            a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+            groups[body] += [(a, b, c), (a, c, d)]
+        groups['LEFT'] += [(at(0, j + 1), at(0, j)) for j in range(m)]
+        groups['RIGHT'] += [(at(n, j), at(n, j + 1)) for j in range(m)]
+        edge, row = ('BOTTOM', 0) if body == 'soft' else ('TOP', m)
+        groups[edge] += [(at(i, row), at(i + 1, row)) for i in range(n)]
+    swage_mesh_writer.write_msh(context.folder / f'{name}.msh', points,
+                                [(key, len(cells[0]) - 1, cells) for key, cells in groups.items()])
 
 
 # --- Bending
