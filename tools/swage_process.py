@@ -29,22 +29,22 @@ def write_case(context, name, text):
     (context.folder / f'{name}.nml').write_text(text, encoding='utf-8')
 
 
-def run(context, name, options=(), ranks=1):
+def run(context, name, options=(), ranks=1, variables=()):
     """Exit code and output of a run to its end."""
-    return Process(context, name, options, ranks).finish()
+    return Process(context, name, options, ranks, variables).finish()
 
 
 class Process:
-    """A run of NAME.nml in the folder of the case."""
+    """A run of NAME.nml in the folder of the case; `variables` join its environment."""
 
-    def __init__(self, context, name, options=(), ranks=1):
+    def __init__(self, context, name, options=(), ranks=1, variables=()):
         self.path = context.folder / name
         command = [str(context.swage), f'{name}.nml', *options]
         if ranks > 1:
             command = ['mpirun', '-n', str(ranks), *command]
         # A session of its own, by which all ranks are known
         self.process = subprocess.Popen(
-            command, cwd=context.folder, env=environment(), stdin=subprocess.DEVNULL,
+            command, cwd=context.folder, env=environment() | dict(variables), stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding='utf-8', errors='replace',
             start_new_session=True)
 

@@ -1,11 +1,11 @@
 !> What Swage needs of parallel HDF5: files, growing tables, attributes.
 !>
-!> Every procedure is collective over the communicator of the file, but for two. None raises a
+!> Every procedure is collective over the communicator of the file, but for one. None raises a
 !> status: each sets `broken` to true when an HDF5 call failed on this rank and leaves it alone
 !> otherwise, so that a caller makes all its calls on all ranks and agrees once. HDF5 prints nothing
 !> of its own.
 module swage_hdf5
-  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64, int8
   use hdf5, only: h5aclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5dclose_f, h5dcreate_f, &
                   h5dget_space_f, h5dopen_f, h5dset_extent_f, h5dwrite_f, h5eset_auto_f, &
@@ -29,7 +29,7 @@ module swage_hdf5
   private
 
   public :: hdf5_start, hdf5_create_file, hdf5_open_new_file, hdf5_flush
-  public :: hdf5_claim_tail, hdf5_create_table, hdf5_write_rows
+  public :: hdf5_create_table, hdf5_write_rows
   public :: hdf5_write_text, hdf5_write_integers, note_code, LIST
 
   !> In place of a number of components: a table of rank 1.
@@ -37,20 +37,6 @@ module swage_hdf5
 
   !> Bytes by which a file in memory grows.
   integer(size_t), parameter :: IMAGE_INCREMENT = 4096_size_t
-
-  interface
-    !> Which the Fortran interface of HDF5 lacks: record as the end of a file the larger of its end
-    !> and what is recorded, and `increment` bytes.
-    function h5f_increment_filesize(file, increment) result(code) &
-      bind(C, name='H5Fincrement_filesize')
-      import :: c_int, c_int64_t
-      implicit none(type, external)
-      ! `hid_t` and `hsize_t` of HDF5 1.10 and later
-      integer(c_int64_t), value, intent(in) :: file
-      integer(c_int64_t), value, intent(in) :: increment
-      integer(c_int) :: code
-    end function h5f_increment_filesize
-  end interface
 
 contains
 
@@ -176,27 +162,6 @@ contains
     call note_code(code, broken)
 
   end subroutine hdf5_flush
-
-  !> Not collective, unlike the others. Make all of a closed file part of it.
-  !>
-  !> A run that was killed may have written the index of a table, with rows behind the end of the
-  !> file that HDF5 had recorded last: finished steps do not need them, but whoever wants to write
-  !> these rows again could not.
-  subroutine hdf5_claim_tail(path)
-    !> Of a file that one process may open alone; where it cannot, nothing happens.
-    character(len=*), intent(in) :: path
-
-    integer(hid_t) :: file
-    integer(c_int) :: ignored
-    integer :: code
-
-    ! HDF5 allows this to files that it does not open by MPI
-    call h5fopen_f(path, H5F_ACC_RDWR_F, file, code)
-    if (code < 0) return
-    ignored = h5f_increment_filesize(int(file, c_int64_t), 0_c_int64_t)
-    call h5fclose_f(file, code)
-
-  end subroutine hdf5_claim_tail
 
   !> Collective. Create an empty table that grows by rows.
   !>

@@ -14,14 +14,15 @@ module swage_vtkhdf
   use swage_comm, only: comm_t
   use swage_disk_room, only: check_room, reserve_t
   use swage_finite, only: is_finite
-  use swage_hdf5, only: hdf5_claim_tail, hdf5_create_file, hdf5_create_table, hdf5_flush, &
-                        hdf5_open_new_file, hdf5_start, hdf5_write_integers, hdf5_write_rows, &
-                        hdf5_write_text, note_code, LIST
+  use swage_hdf5, only: hdf5_create_file, hdf5_create_table, hdf5_flush, hdf5_open_new_file, &
+                        hdf5_start, hdf5_write_integers, hdf5_write_rows, hdf5_write_text, &
+                        note_code, LIST
   use swage_hdf5_arrays, only: hdf5_array_shape, hdf5_open_file, hdf5_read_integers, hdf5_read_list
   use swage_kinds, only: gp, wp
   use swage_mandel, only: SQRT2
   use swage_output_path, only: describe_refusal
   use swage_result_checks, only: check_mesh, check_values
+  use swage_result_copy, only: copy_results, kept_rows_t, CLOSED
   use swage_snapshot, only: snapshot_t
   use swage_status, only: status_t, EXIT_FILE, STATUS_ERROR
   use swage_text, only: text
@@ -77,6 +78,8 @@ module swage_vtkhdf
     !> True when the file has a place for more than one step.
     logical :: is_temporal = .true.
     logical :: is_in_step = .false.
+    !> True while the file says that it is not closed, and nothing has failed.
+    logical :: is_marked = .false.
     !> True when the tables of the mesh exist.
     logical :: has_mesh = .false.
     integer(hid_t) :: file = -1_hid_t
@@ -102,7 +105,7 @@ module swage_vtkhdf
   contains
     !> Create the file; one that exists is replaced.
     procedure, public :: open => vtkhdf_open
-    !> Open a file to go on behind the steps that it held when a snapshot was taken.
+    !> Go on behind the steps that a file held when a snapshot was taken.
     procedure, public :: resume => vtkhdf_resume
     !> Forget the steps that came after it.
     procedure, public :: rewind => vtkhdf_rewind
@@ -219,7 +222,8 @@ contains
 
   end subroutine vtkhdf_save
 
-  !> Collective. The file is opened and compared with the snapshot, but not changed. A snapshot
+  !> Collective. The file is compared with the snapshot and left as it is; one that was not closed,
+  !> because its run was killed, is replaced by a copy of its steps up to the snapshot. A snapshot
   !> taken before the first step is of no use.
   subroutine vtkhdf_resume(self, path, comm, units, snapshot, status, single)
     class(vtkhdf_t), intent(inout) :: self
@@ -232,8 +236,8 @@ contains
     !> As when the file was created.
     logical, intent(in), optional :: single
 
-    integer(gp) :: n_step(1)
-    logical :: broken, is_same, is_there
+    type(kept_rows_t) :: kept
+    logical :: broken, is_closed
 
     call self%close()
     self%comm = comm
@@ -246,38 +250,71 @@ contains
     call comm%agree(status)
     if (status%failed()) return
 
+    call compare_file(self, is_closed, status)
+    if (status%failed()) then
+      call self%close()
+      return
+    end if
+    if (.not. is_closed) then
+      kept = kept_rows_t(points=self%n_done(POINTS_OF), cells=self%n_done(CELLS_OF), &
+                         corners=self%n_done(CORNERS_OF), offsets=self%n_done(OFFSETS_OF), &
+                         parts=self%n_part, steps=self%n_step)
+      call copy_results(self%path, comm, kept, status)
+      if (status%failed()) return
+    end if
+    broken = .false.
+    call open_existing(self, .true., broken)
+    if (broken) then
+      call status%raise(STATUS_ERROR, 'vtkhdf_resume', self%path//' cannot be continued: it is '// &
+                        'damaged, or may not be written', EXIT_FILE)
+    end if
+    call comm%agree(status)
+    if (status%failed()) call self%close()
+
+  end subroutine vtkhdf_resume
+
+  !> Collective. Refuse a file that is not that of the snapshot; it is closed afterwards.
+  subroutine compare_file(self, is_closed, status)
+    class(vtkhdf_t), intent(inout) :: self
+    !> Whether the file says that whoever wrote it has closed it; the same on all ranks.
+    logical, intent(out) :: is_closed
+    type(status_t), intent(inout) :: status
+
+    integer(gp) :: mark(1), n_step(1)
+    logical :: broken, is_same, is_there, is_unmarked
+    integer :: answer
+
+    answer = 0
     broken = .false.
     call hdf5_start(broken)
-    if (comm%rank == 0) call hdf5_claim_tail(self%path)
-    call comm%agree(status)
-    call hdf5_open_file(self%path, comm, .true., self%file, broken)
-    if (broken) then
+    call open_existing(self, .false., broken)
+    if (self%file < 0_hid_t) then
       inquire (file=self%path, exist=is_there)
       if (is_there) then
         call status%raise(STATUS_ERROR, 'vtkhdf_resume', self%path//' cannot be continued: it '// &
-                          'is damaged, or may not be written', EXIT_FILE)
+                          'is damaged, or may not be read', EXIT_FILE)
       else
         call refuse('there is no such file')
       end if
     end if
-    call comm%agree(status)
-    if (status%failed()) return
-    call open_group(self%file, 'VTKHDF', self%root, broken)
-    call open_group(self%root, 'PointData', self%data(POINTS_OF), broken)
-    call open_group(self%root, 'CellData', self%data(CELLS_OF), broken)
-    call open_group(self%root, 'Steps', self%steps, broken)
-    call open_group(self%steps, 'PointDataOffsets', self%data_offsets(POINTS_OF), broken)
-    call open_group(self%steps, 'CellDataOffsets', self%data_offsets(CELLS_OF), broken)
-    if (.not. broken) call hdf5_read_integers(self%steps, 'NSteps', n_step, broken)
-    if (broken) then
-      call refuse('it is no result file, or damaged')
-    else
-      is_same = same_time(self)
-      if (n_step(1) < self%n_step) is_same = .false.
-      if (.not. is_same) call refuse('it is that of another run')
+    call self%comm%agree(status)
+    if (.not. status%failed()) then
+      if (.not. broken) call hdf5_read_integers(self%steps, 'NSteps', n_step, broken)
+      if (.not. broken) call compare_time(self, is_same, broken)
+      if (broken) then
+        call refuse('it is no result file, or damaged')
+      else
+        if (n_step(1) < self%n_step) is_same = .false.
+        if (.not. is_same) call refuse('it is that of another run')
+        is_unmarked = .false.
+        call hdf5_read_integers(self%file, CLOSED, mark, is_unmarked)
+        if (is_unmarked .or. mark(1) /= 1_gp) answer = 1
+      end if
+      call self%comm%agree(status)
     end if
-    call comm%agree(status)
-    if (status%failed()) call self%close()
+    call close_handles(self)
+    call self%comm%max(answer)
+    is_closed = answer == 0
 
   contains
 
@@ -290,7 +327,23 @@ contains
 
     end subroutine refuse
 
-  end subroutine vtkhdf_resume
+  end subroutine compare_file
+
+  !> Collective. Open the file and its groups.
+  subroutine open_existing(self, writable, broken)
+    class(vtkhdf_t), intent(inout) :: self
+    logical, intent(in) :: writable
+    logical, intent(inout) :: broken
+
+    call hdf5_open_file(self%path, self%comm, writable, self%file, broken)
+    call open_group(self%file, 'VTKHDF', self%root, broken)
+    call open_group(self%root, 'PointData', self%data(POINTS_OF), broken)
+    call open_group(self%root, 'CellData', self%data(CELLS_OF), broken)
+    call open_group(self%root, 'Steps', self%steps, broken)
+    call open_group(self%steps, 'PointDataOffsets', self%data_offsets(POINTS_OF), broken)
+    call open_group(self%steps, 'CellDataOffsets', self%data_offsets(CELLS_OF), broken)
+
+  end subroutine open_existing
 
   !> What the file holds, from a snapshot.
   subroutine take_fields(self, snapshot, status)
@@ -326,25 +379,24 @@ contains
 
   end subroutine take_fields
 
-  !> Collective. True when the last step is at the time it should be.
-  function same_time(self)
+  !> Collective. Whether the last step is at the time it should be.
+  subroutine compare_time(self, is_same, broken)
     class(vtkhdf_t), intent(in) :: self
-    logical :: same_time
+    logical, intent(out) :: is_same
+    logical, intent(inout) :: broken
 
     real(wp) :: time(1)
     integer(gp) :: n_row
     integer :: n_component
-    logical :: broken
 
-    broken = .false.
-    same_time = .false.
+    is_same = .false.
     call hdf5_array_shape(self%steps, 'Values', n_component, n_row, broken)
     if (broken .or. n_row < self%n_step .or. self%n_step == 0_gp) return
     time = 0.0_wp
     call hdf5_read_list(self%steps, 'Values', self%n_step - 1_gp, time, broken)
-    same_time = .not. broken .and. abs(time(1) - self%time_done) <= 0.0_wp
+    is_same = abs(time(1) - self%time_done) <= 0.0_wp
 
-  end function same_time
+  end subroutine compare_time
 
   subroutine vtkhdf_rewind(self, status)
     class(vtkhdf_t), intent(inout) :: self
@@ -353,6 +405,12 @@ contains
     logical :: broken
 
     broken = .false.
+    ! Before anything else is changed
+    call hdf5_write_integers(self%file, CLOSED, [0_gp], .false., broken)
+    call hdf5_flush(self%file, broken)
+    call settle(self, 'vtkhdf_rewind', broken, status)
+    if (status%failed()) return
+    self%is_marked = .true.
     call hdf5_write_integers(self%steps, 'NSteps', [self%n_step], .false., broken)
     call hdf5_flush(self%file, broken)
     call settle(self, 'vtkhdf_rewind', broken, status)
@@ -385,6 +443,7 @@ contains
       call hdf5_create_table(self%root, trim(COUNTS(i)), H5T_STD_I64LE, LIST, MIN_CHUNK, broken)
     end do
     if (self%is_temporal) then
+      call hdf5_write_integers(self%file, CLOSED, [0_gp], .true., broken)
       call create_group(self%root, 'Steps', self%steps, broken)
       call create_group(self%steps, 'PointDataOffsets', self%data_offsets(POINTS_OF), broken)
       call create_group(self%steps, 'CellDataOffsets', self%data_offsets(CELLS_OF), broken)
@@ -400,6 +459,7 @@ contains
       end do
     end if
     call settle(self, 'vtkhdf_open', broken, status)
+    self%is_marked = self%is_temporal .and. .not. status%failed()
 
   end subroutine create_tables
 
@@ -940,8 +1000,37 @@ contains
 
   end subroutine write_of_step
 
-  !> Collective. Safe after any failure.
+  !> Collective. Safe after any failure. When none was, the file says that it is closed.
   subroutine vtkhdf_close(self)
+    class(vtkhdf_t), intent(inout) :: self
+
+    logical :: broken
+    type(status_t) :: ignored
+
+    if (self%is_marked) then
+      broken = .false.
+      call hdf5_flush(self%file, broken)
+      call settle(self, 'vtkhdf_close', broken, ignored)
+    end if
+    ! Still, after all that it stands for is on the disk
+    if (self%is_marked) then
+      call hdf5_write_integers(self%file, CLOSED, [1_gp], .false., broken)
+      call hdf5_flush(self%file, broken)
+    end if
+    self%is_marked = .false.
+    call close_handles(self)
+    self%is_in_step = .false.
+    self%has_mesh = .false.
+    if (allocated(self%fields)) deallocate (self%fields)
+    self%n_step = 0_gp
+    self%n_part = 0_gp
+    self%n_done = 0_gp
+    self%time_done = -huge(1.0_wp)
+
+  end subroutine vtkhdf_close
+
+  !> Collective. Close the file and its groups.
+  subroutine close_handles(self)
     class(vtkhdf_t), intent(inout) :: self
 
     integer :: code, i
@@ -957,15 +1046,8 @@ contains
       call self%reserve%give_back(self%path)
     end if
     self%file = -1_hid_t
-    self%is_in_step = .false.
-    self%has_mesh = .false.
-    if (allocated(self%fields)) deallocate (self%fields)
-    self%n_step = 0_gp
-    self%n_part = 0_gp
-    self%n_done = 0_gp
-    self%time_done = -huge(1.0_wp)
 
-  end subroutine vtkhdf_close
+  end subroutine close_handles
 
   !> Write this step's rows of a table behind those of finished steps.
   subroutine write_rows_of(self, table, location, name, memory_type, buffer, n_component, broken)
@@ -1026,9 +1108,10 @@ contains
 
   end function find_field
 
-  !> Collective. Turn a failure of HDF5 on any rank into a status on all.
+  !> Collective. Turn a failure of HDF5 on any rank into a status on all; the file will not count as
+  !> closed any more.
   subroutine settle(self, origin, broken, status, name)
-    class(vtkhdf_t), intent(in) :: self
+    class(vtkhdf_t), intent(inout) :: self
     character(len=*), intent(in) :: origin
     logical, intent(in) :: broken
     type(status_t), intent(inout) :: status
@@ -1044,6 +1127,7 @@ contains
                         ': the disk may be full or the file damaged', EXIT_FILE)
     end if
     call self%comm%agree(status)
+    if (status%failed()) self%is_marked = .false.
 
   end subroutine settle
 

@@ -6,10 +6,14 @@ everything that an increment hands to the next is in use. Bits are compared on o
 all fields. Sums over ranks have another order on another number of ranks, and differ by rounding:
 1e-8 at a Newton tolerance of 1e-10.
 
-Killed at any time means: at increments and moments within them from a fixed seed.
+Killed at any time means: at increments and moments within them from a fixed seed. A moment is
+seldom in the middle of a write, so a run is killed after write number N of a file, too (see
+kill_writes.c): numbers from a fixed seed, and closely spaced ones through one result.
 """
 import random
+import shutil
 import signal
+import subprocess
 import time
 
 import swage_process
@@ -37,6 +41,10 @@ CASE = """
 &restart {restart} /
 """
 KILLS = 10
+# Files by a part of their names, and after how many of their writes a run is killed; and the kills
+# while one result is written, of RESULTS.
+WRITES = {'.vtkhdf': 20, '.restart': 3, '.csv': 1, '.sta': 1}
+RESULTS, CLOSE = 11, 12
 TOLERANCE = 1e-8
 
 
@@ -48,6 +56,7 @@ def run(context):
     yield from bits(context, whole)
     yield from requests(context, whole)
     yield from kills(context, whole)
+    yield from writes(context, whole)
     yield from ranks(context, whole)
 
 
@@ -123,18 +132,71 @@ def kills(context, whole):
             process.wait_for_row(point)
             time.sleep(generator.uniform(0, 0.03))
             process.kill()
-            try:
-                swage_process.fields(context.folder / 'killed.vtkhdf')
-            except (OSError, KeyError, ValueError, IndexError, RuntimeError):
-                unreadable += 1
-            # Killed before its first restart file, a run begins again
-            there = any((context.folder / f'killed.restart{word}.h5').exists()
-                        for word in ('', '.previous'))
-            options = ['--restart'] if there else []
+            unreadable += not readable(context)
+            options = ['--restart'] if saved(context) else []
         expect(context, 'killed', 0, options, ranks)
         yield context.zero(f'killed {n_kill} times, {ranks} ranks: results that could not be read',
                            unreadable, 0)
         yield same(context, f'killed {n_kill} times, {ranks} ranks', 'killed', whole, ranks)
+
+
+def writes(context, whole):
+    """In the middle of writing a file, on one rank."""
+    compiler = shutil.which('cc')
+    if compiler is None:
+        yield context.skip('killed in the middle of a write', 'there is no C compiler cc')
+        return
+    library = context.folder / 'kill_writes.so'
+    subprocess.run([compiler, '-shared', '-fPIC', '-o', library, context.source / 'kill_writes.c',
+                    '-ldl'], check=True)
+    generator = random.Random(41)
+    unreadable, failed, different = 0, 0, 0
+    for part, n_kill in WRITES.items():
+        variables = {'LD_PRELOAD': str(library), 'KILL_FILE': f'/killed{part}'}
+        for number in numbers(context, part, n_kill, generator, variables):
+            write_case(context, 'killed', CASE.format(restart='every = 1'))
+            code, _ = run_case(context, 'killed', variables=variables | {'KILL_WRITE': str(number)})
+            if code != -signal.SIGKILL:
+                raise swage_process.Fault(f'not killed at write {number} of {part}')
+            there = saved(context)
+            unreadable += there and not readable(context)
+            code, output = run_case(context, 'killed', ['--restart'] if there else [])
+            if code != 0:
+                print(f'  killed at write {number} of {part}: {output[-300:]}', flush=True)
+                failed += 1
+            else:
+                different += bool(differences(context.folder / 'killed', whole))
+    what = 'killed in the middle of a write'
+    yield context.zero(f'{what}: results that could not be read', unreadable, 0)
+    yield context.zero(f'{what}: restarts that failed', failed, 0)
+    yield context.zero(f'{what}: results that differ in a bit', different, 0)
+
+
+def numbers(context, part, n_kill, generator, variables):
+    """After which writes to kill."""
+    write_case(context, 'killed', CASE.format(restart='every = 1'))
+    count = context.folder / 'writes'
+    run_case(context, 'killed', variables=variables | {'KILL_COUNT': str(count)})
+    n_write = int(count.read_text())
+    found = generator.sample(range(1, n_write + 1), n_kill)
+    if part == '.vtkhdf':
+        first = n_write // 3
+        found += range(first, first + n_write // RESULTS, max(1, n_write // RESULTS // CLOSE))
+    return found
+
+
+def saved(context):
+    """Whether a run that was killed left a restart file; without, it begins again."""
+    return any((context.folder / f'killed.restart{word}.h5').exists() for word in ('', '.previous'))
+
+
+def readable(context):
+    """Whether it left results that can be read."""
+    try:
+        swage_process.fields(context.folder / 'killed.vtkhdf')
+    except (OSError, KeyError, ValueError, IndexError, RuntimeError):
+        return False
+    return True
 
 
 def ranks(context, whole):
