@@ -19,7 +19,8 @@ module swage_quasi_symmetric_l2
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
   use swage_kinds, only: wp
-  use swage_rotation, only: dyadic, normalised
+  use swage_overlap_stiffness, only: next_pair_stiffness, pair_stiffness_t
+  use swage_rotation, only: normalised
   implicit none(type, external)
   private
 
@@ -197,70 +198,33 @@ contains
     real(wp), intent(in) :: lambda(:)
     type(contact_blocks_t), intent(inout) :: blocks
 
-    integer :: f, n, q, row
-    real(wp) :: load, pressure(pair%n_node)
+    integer :: a, b, point, row
+    real(wp) :: pressure(pair%n_node)
+    type(pair_stiffness_t) :: part
 
-    n = pair%slave%n_dim
     pressure = 0.0_wp
     do row = 1, rows%n_row
       pressure(rows%slave(row)) = lambda(row)
     end do
     call blocks%start()
-    do f = 1, pair%slave%n_facet
-      do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
-        associate (point => self%overlap%point(q))
-          load = point%area * dot_product(point%slave_weight(:n), pressure(pair%slave%facet(:, f)))
-          if (abs(load) > 0.0_wp) call stiffen(pair, point, load, blocks)
-        end associate
-      end do
+    point = 1
+    do
+      call next_pair_stiffness(pair, self%overlap, pressure, point, part)
+      if (part%slave_facet == 0) exit
+      associate (slave_node => pair%slave%facet(:, part%slave_facet), &
+                 master_node => pair%master%facet(:, part%master_facet))
+        do b = 1, pair%slave%n_dim
+          do a = 1, pair%slave%n_dim
+            if (.not. pair%smoothing) then
+              call blocks%add(slave_node(a), slave_node(b), part%slave_by_slave(:, :, a, b))
+            end if
+            call blocks%add(master_node(a), slave_node(b), part%master_by_slave(:, :, a, b))
+            call blocks%add(master_node(a), master_node(b), part%master_by_master(:, :, a, b))
+          end do
+        end do
+      end associate
     end do
 
   end subroutine quasi_symmetric_l2_stiffness
-
-  !> Derivative of the forces of one point, `load` times the normal and the weights.
-  subroutine stiffen(pair, point, load, blocks)
-    type(contact_pair_t), intent(in) :: pair
-    type(overlap_point_t), intent(in) :: point
-    !> Pressure times area [force].
-    real(wp), intent(in) :: load
-    type(contact_blocks_t), intent(inout) :: blocks
-
-    integer :: a, b, n
-    real(wp) :: block(3, 3), gradient(3, 3), pull(3, 3)
-
-    n = pair%slave%n_dim
-    associate (normal => point%normal, master_normal => pair%master%normal(:, point%master_facet), &
-               slave_node => pair%slave%facet(:, point%slave_facet), &
-               master_node => pair%master%facet(:, point%master_facet))
-      ! Weights on the master change only by motions across the normal
-      pull = pair%master%gradients(point%master_facet)
-      do a = 1, n
-        pull(:, a) = pull(:, a) - dot_product(pull(:, a), normal) &
-          / dot_product(master_normal, normal) * master_normal
-      end do
-      gradient = 0.0_wp
-      if (.not. pair%smoothing) gradient = pair%slave%gradients(point%slave_facet)
-      do b = 1, n
-        if (.not. pair%smoothing) then
-          do a = 1, n
-            call blocks%add(slave_node(a), slave_node(b), &
-                            load * point%slave_weight(a) * dyadic(gradient(:, b), normal))
-          end do
-        end if
-        do a = 1, n
-          block = point%slave_weight(b) * dyadic(normal, pull(:, a))
-          if (.not. pair%smoothing) then
-            block = block - point%master_weight(a) * dyadic(gradient(:, b), normal) &
-              + point%penetration * dot_product(pull(:, a), gradient(:, b)) &
-              * dyadic(normal, normal)
-          end if
-          call blocks%add(master_node(a), slave_node(b), load * block)
-          call blocks%add(master_node(a), master_node(b), &
-                          -load * point%master_weight(b) * dyadic(normal, pull(:, a)))
-        end do
-      end do
-    end associate
-
-  end subroutine stiffen
 
 end module swage_quasi_symmetric_l2

@@ -16,7 +16,8 @@ module swage_quasi_symmetric_lumped
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
   use swage_kinds, only: wp
-  use swage_rotation, only: dyadic, normalised
+  use swage_overlap_stiffness, only: master_pull, next_pair_stiffness, pair_stiffness_t
+  use swage_rotation, only: normalised
   implicit none(type, external)
   private
 
@@ -26,6 +27,8 @@ module swage_quasi_symmetric_lumped
   real(wp), parameter :: SMALLEST_SHARE = 1.0e-6_wp
 
   real(wp), parameter :: NO_SLOPE(3) = 0.0_wp
+  !> Nodes around a master node, itself among them.
+  integer, parameter :: MOST_NEAR = 64
 
   type, extends(contact_formulation_t) :: quasi_symmetric_lumped_t
     private
@@ -215,25 +218,6 @@ contains
 
   end subroutine add_dual_gap
 
-  !> How the weights on the master change when the point moves.
-  pure subroutine master_pull(pair, point, pull)
-    type(contact_pair_t), intent(in) :: pair
-    type(overlap_point_t), intent(in) :: point
-    !> [1/length]
-    real(wp), intent(out) :: pull(3, 3)
-
-    integer :: a
-
-    pull = pair%master%gradients(point%master_facet)
-    associate (master_normal => pair%master%normal(:, point%master_facet))
-      do a = 1, pair%master%n_dim
-        pull(:, a) = pull(:, a) - dot_product(pull(:, a), point%normal) &
-          / dot_product(master_normal, point%normal) * master_normal
-      end do
-    end associate
-
-  end subroutine master_pull
-
   subroutine add_slave_side(self, pair, node, rows)
     type(quasi_symmetric_lumped_t), intent(in) :: self
     type(contact_pair_t), intent(in) :: pair
@@ -291,8 +275,9 @@ contains
     real(wp), intent(in) :: lambda(:)
     type(contact_blocks_t), intent(inout) :: blocks
 
-    integer :: a, b, f, n, q, row
-    real(wp) :: gradient(3, 3), load, pressure(pair%n_node), pull(3, 3), turned(3, 3)
+    integer :: a, b, i, n, n_near, near(MOST_NEAR), point, row
+    real(wp) :: pressure(pair%n_node), share(MOST_NEAR)
+    type(pair_stiffness_t) :: part
 
     n = pair%slave%n_dim
     pressure = 0.0_wp
@@ -300,57 +285,61 @@ contains
       pressure(rows%slave(row)) = lambda(row)
     end do
     call blocks%start()
-    do f = 1, pair%slave%n_facet
-      gradient = 0.0_wp
-      if (.not. pair%smoothing) gradient = pair%slave%gradients(f)
-      do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
-        associate (point => self%overlap%point(q), slave_node => pair%slave%facet(:, f), &
-                   master_node => pair%master%facet(:, self%overlap%point(q)%master_facet))
-          load = point%area * dot_product(point%slave_weight(:n), pressure(slave_node))
-          if (.not. abs(load) > 0.0_wp) cycle
-          call master_pull(pair, point, pull)
+    point = 1
+    do
+      call next_pair_stiffness(pair, self%overlap, pressure, point, part)
+      if (part%slave_facet == 0) exit
+      associate (slave_node => pair%slave%facet(:, part%slave_facet), &
+                 master_node => pair%master%facet(:, part%master_facet))
+        do a = 1, n
+          call find_near(pair, master_node(a), n_near, near, share)
           do b = 1, n
-            turned = load * dyadic(gradient(:, b), point%normal)
-            do a = 1, n
-              call blocks%add(slave_node(a), slave_node(b), point%slave_weight(a) * turned)
-              call spread_block(pair, master_node(a), slave_node(b), &
-                                load * (point%slave_weight(b) * dyadic(point%normal, pull(:, a)) &
-                                        + point%penetration &
-                                        * dot_product(pull(:, a), gradient(:, b)) &
-                                        * dyadic(point%normal, point%normal)) &
-                                - point%master_weight(a) * turned, blocks)
-              call spread_block(pair, master_node(a), master_node(b), &
-                                -load * point%master_weight(b) &
-                                * dyadic(point%normal, pull(:, a)), blocks)
+            if (.not. pair%smoothing) then
+              call blocks%add(slave_node(a), slave_node(b), part%slave_by_slave(:, :, a, b))
+            end if
+            do i = 1, n_near
+              call blocks%add(near(i), slave_node(b), share(i) * part%master_by_slave(:, :, a, b))
+              call blocks%add(near(i), master_node(b), share(i) * part%master_by_master(:, :, a, b))
             end do
           end do
-        end associate
-      end do
+        end do
+      end associate
     end do
 
   end subroutine quasi_symmetric_lumped_stiffness
 
-  !> Add the derivative of a force on a master node, which its neighbours share.
-  subroutine spread_block(pair, node, column, block, blocks)
+  !> The nodes that share the force on a master node, and their shares.
+  subroutine find_near(pair, node, n_near, near, share)
     type(contact_pair_t), intent(in) :: pair
     integer, intent(in) :: node
-    integer, intent(in) :: column
-    real(wp), intent(in) :: block(3, 3)
-    type(contact_blocks_t), intent(inout) :: blocks
+    integer, intent(out) :: n_near
+    integer, intent(out) :: near(MOST_NEAR)
+    real(wp), intent(out) :: share(MOST_NEAR)
 
-    integer :: a, i
-    real(wp) :: mass(3)
+    integer :: a, i, place
+    real(wp) :: column(3)
 
+    n_near = 0
+    near = 0
+    share = 0.0_wp
     associate (master => pair%master)
       do i = master%first(node), master%first(node + 1) - 1
-        mass = master%pressed_mass(master%around(i), master%around_corner(i))
+        column = master%pressed_mass(master%around(i), master%around_corner(i)) &
+          / master%pressed_area(node)
         do a = 1, master%n_dim
-          call blocks%add(master%facet(a, master%around(i)), column, &
-                          mass(a) / master%pressed_area(node) * block)
+          place = findloc(near(:n_near), master%facet(a, master%around(i)), dim=1)
+          if (place == 0) then
+            ! A node with more neighbours loses the last ones' derivatives, not their forces
+            if (n_near == MOST_NEAR) cycle
+            n_near = n_near + 1
+            place = n_near
+            near(place) = master%facet(a, master%around(i))
+          end if
+          share(place) = share(place) + column(a)
         end do
       end do
     end associate
 
-  end subroutine spread_block
+  end subroutine find_near
 
 end module swage_quasi_symmetric_lumped
