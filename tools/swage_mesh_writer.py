@@ -57,7 +57,24 @@ def floats(point):
     return tuple(float(x) for x in point)
 
 
-def write_rectangle(path, n, m, place=None, diagonal='rising', name_edge=None, name_cell=None):
+def write_bodies(path, parts):
+    """Bodies that share no node, each the points and groups of rectangle_mesh or box_mesh; groups
+    are called after them: {'UPPER': ...} has UPPER_BODY, UPPER_TOP and so on."""
+    points, groups = [], []
+    for body, (own_points, own_groups) in parts.items():
+        first = len(points)
+        points += own_points
+        groups += [(f'{body}_{name}', dimension, [tuple(p + first for p in cell) for cell in cells])
+                   for name, dimension, cells in own_groups]
+    return write_msh(path, points, groups)
+
+
+def write_rectangle(path, *arguments, **keywords):
+    """The file of a rectangle_mesh."""
+    return write_msh(path, *rectangle_mesh(*arguments, **keywords))
+
+
+def rectangle_mesh(n, m, place=None, diagonal='rising', name_edge=None, name_cell=None):
     """n x m rectangles of two triangles. Groups BODY, LEFT, RIGHT, BOTTOM, TOP of the unit square.
 
     diagonal: 'rising' from (i, j) to (i + 1, j + 1), 'falling', or 'alternating' (symmetric under
@@ -86,11 +103,16 @@ def write_rectangle(path, n, m, place=None, diagonal='rising', name_edge=None, n
         for pair in pairs:
             middle = [sum(x) / 2 for x in zip(*(points[p] for p in pair))]
             edges.setdefault(name_edge(side, *middle) if name_edge else side, []).append(pair)
-    return write_msh(path, points, [*bodies(points, cells, name_cell),
-                                    *((name, 1, pairs) for name, pairs in edges.items())])
+    return points, [*bodies(points, cells, name_cell),
+                    *((name, 1, pairs) for name, pairs in edges.items())]
 
 
-def write_box(path, n, m, k, place=None, name_cell=None):
+def write_box(path, *arguments, **keywords):
+    """The file of a box_mesh."""
+    return write_msh(path, *box_mesh(*arguments, **keywords))
+
+
+def box_mesh(n, m, k, place=None, name_cell=None):
     """n x m x k boxes of six tetrahedra around the rising diagonal (Kuhn). Groups BODY, XMIN, XMAX,
     YMIN, YMAX, ZMIN, ZMAX of the unit cube.
 
@@ -119,7 +141,7 @@ def write_box(path, n, m, k, place=None, name_cell=None):
             if len(on) == 3:
                 faces.append(tuple(on))
         groups.append(('XYZ'[axis] + ('MIN', 'MAX')[end], 2, faces))
-    return write_msh(path, points, groups)
+    return points, groups
 
 
 def cylinder_geometry(radius, height, size, quarter=False):

@@ -180,6 +180,10 @@ class Context:
         """NAME.msh: structured tetrahedra; see swage_mesh_writer.write_box."""
         return swage_mesh_writer.write_box(self.folder / f'{name}.msh', n, m, k, place, name_cell)
 
+    def bodies(self, name, bodies):
+        """NAME.msh: several bodies; see swage_mesh_writer.write_bodies."""
+        return swage_mesh_writer.write_bodies(self.folder / f'{name}.msh', bodies)
+
     def cylinder(self, name, radius, height, size, quarter=False):
         """NAME.msh: tetrahedra by Gmsh, groups BODY, BOTTOM, TOP, SIDE (and XMIN, YMIN)."""
         text = swage_mesh_writer.cylinder_geometry(radius, height, size, quarter)

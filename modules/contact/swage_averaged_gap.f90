@@ -98,11 +98,14 @@ contains
     do iteration = 1, MAXIMUM_ITERATIONS
       if (scale <= TOLERANCE**2 * first) exit
       call multiply(direction, image)
+      ! Nothing but rounding is left
+      if (.not. dot_product(direction, image) > 0.0_wp) exit
       step = scale / dot_product(direction, image)
       value = value + step * direction
       residual = residual - step * image
       old = scale
       scale = dot_product(residual, residual / area)
+      if (.not. old > 0.0_wp) exit
       direction = residual / area + scale / old * direction
     end do
 

@@ -6,10 +6,14 @@
 !> leaves no trace.
 module swage_mechanics
   use swage_block_matrix, only: block_matrix_t
+  use swage_body_contact, only: body_contact_t
   use swage_boundary, only: boundary_t
   use swage_cell_geometry, only: AXISYMMETRIC, cell_volume, THREE_DIMENSIONAL
   use swage_comm, only: comm_t
   use swage_constraints, only: constraints_t
+  use swage_contact_formulation, only: contact_formulation_t
+  use swage_contact_pair, only: contact_pair_t
+  use swage_contact_rows, only: contact_blocks_t, contact_rows_t
   use swage_deck, only: deck_t
   use swage_energy_balance, only: energy_balance_t
   use swage_field_list, only: field_list_t
@@ -22,6 +26,7 @@ module swage_mechanics
   use swage_phase_times, only: phase_times_t, PHASE_CELLS, PHASE_CONTACT
   use swage_point_batch, only: LANES, point_batch_t
   use swage_rigid_tool, only: rigid_tool_t
+  use swage_shared_surface, only: shared_surface_t
   use swage_snapshot, only: snapshot_t
   use swage_status, only: EXIT_CONVERGENCE, status_t, STATUS_RETRY
   use swage_text, only: near, text
@@ -122,6 +127,17 @@ module swage_mechanics
     real(wp), allocatable :: area(:)
   end type boundary_place_t
 
+  !> Two surfaces of bodies that may touch.
+  type :: body_pair_t
+    type(contact_pair_t) :: surfaces
+    class(contact_formulation_t), allocatable :: formulation
+    type(body_contact_t) :: contact
+    !> Conditions of the last evaluation, their stiffness, and the part of it that a symmetric
+    !> factor leaves out.
+    type(contact_rows_t) :: rows
+    type(contact_blocks_t) :: blocks, unsymmetric
+  end type body_pair_t
+
   !> Coordinates of tools that follow from forces, those of all tools in one list.
   type :: controls_t
     integer :: n = 0
@@ -157,6 +173,13 @@ module swage_mechanics
     type(rigid_tool_t), allocatable :: tools(:)
     type(tool_contact_t), allocatable :: contacts(:)
     type(controls_t) :: controls
+    type(body_pair_t), allocatable :: pairs(:)
+    !> Surfaces of the pairs, and where their nodes are at both ends of the step [length]; shape
+    !> (3, n_node of the surfaces).
+    type(shared_surface_t) :: surface
+    real(wp), allocatable :: surface_start(:, :), surface_moved(:, :)
+    !> Version of the coupling's pattern that the solver has analysed.
+    integer :: analysed_version = 0
     !> Place in `materials` and `bodies`; shape (n_cell).
     integer, allocatable :: material_of_cell(:), body_of_cell(:)
 
@@ -436,6 +459,39 @@ module swage_mechanics
       character(len=:), allocatable :: words
     end function out_of_balance
 
+    !> Collective. Conditions between bodies at the start of the step.
+    module subroutine begin_pairs(self, flow_stress)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      !> Of the nodes of the mesh [stress]; shape (1, n_node).
+      real(wp), intent(in) :: flow_stress(:, :)
+    end subroutine begin_pairs
+
+    !> Collective. Forces between bodies, and their stiffness.
+    module subroutine evaluate_pairs(self, moved)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      !> Positions of the nodes at the end of the step [length].
+      real(wp), intent(in) :: moved(:, :)
+    end subroutine evaluate_pairs
+
+    !> Collective. As the constraints do with the matrix of the cells.
+    module subroutine constrain_coupling(self, rest, load)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      !> Along the local axes; shape (n_dim + 1, n_node of the unknowns).
+      real(wp), intent(in) :: rest(:, :)
+      !> On every copy; shape of `rest`.
+      real(wp), intent(inout) :: load(:, :)
+    end subroutine constrain_coupling
+
+    !> Collective. A new solver where the last one has analysed another pattern.
+    module subroutine check_pattern(self, status)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      type(status_t), intent(inout) :: status
+    end subroutine check_pattern
+
     !> Once an iteration: hold nodes that alternate between contact and none; take the secant of
     !> friction where its tangent leads nowhere.
     module subroutine prepare_contacts(self)
@@ -558,7 +614,7 @@ contains
     call self%times%begin(PHASE_CONTACT)
     call begin_tools(self, share)
     allocate (area(1, self%mesh%n_node))
-    if (size(self%contacts) > 0) call nodal_flow_stress(self, flow_stress)
+    if (size(self%contacts) + size(self%pairs) > 0) call nodal_flow_stress(self, flow_stress)
     do i = 1, size(self%contacts)
       associate (contact => self%contacts(i), tool => self%tools(self%contacts(i)%tool))
         tool_old = tool
@@ -571,6 +627,7 @@ contains
         call contact%begin_step(tool_old, self%positions(), area(1, :), flow_stress(1, :))
       end associate
     end do
+    if (size(self%pairs) > 0) call begin_pairs(self, flow_stress(1:1, :))
     call self%times%end(PHASE_CONTACT)
 
   end subroutine mechanics_begin_step
@@ -697,6 +754,7 @@ contains
       call self%contacts(i)%evaluate(self%tools(self%contacts(i)%tool), self%time_new - self%time, &
                                      self%slip_rate, start, moved, self%residual, self%matrix)
     end do
+    if (size(self%pairs) > 0) call evaluate_pairs(self, moved)
     call apply_loads(self, moved)
     call balance_tools(self, moved)
     call self%times%end(PHASE_CONTACT)
@@ -705,7 +763,7 @@ contains
     allocate (rest(self%unknowns%n_slot, self%unknowns%n_node))
     call self%constraints%pending(self%increment, self%unknowns%mesh_node, rest, largest)
     call self%comm%max(largest)
-    self%has_safe_tangent = size(self%contacts) > 0
+    self%has_safe_tangent = size(self%contacts) + size(self%pairs) > 0
     self%has_pending_values = largest > IMPOSED * self%cell_size .or. self%controls%falls
     call measure_errors(self, size_of_step)
 
@@ -741,6 +799,9 @@ contains
     sums(2) = sums(2) + sum(free(n + 1, self%mesh%n_own_node + 1:self%unknowns%n_own_node)**2)
     do i = 1, size(self%contacts)
       sums(3) = sums(3) + self%contacts(i)%force_square
+    end do
+    do i = 1, size(self%pairs)
+      sums(3) = sums(3) + self%pairs(i)%contact%force_square
     end do
     do i = 1, size(self%boundaries)
       sums(3) = sums(3) + sum(self%load_force(:, i)**2) &
@@ -808,6 +869,7 @@ contains
     call self%constraints%impose(self%matrix, self%unknowns%n_own_node, rest, load)
     call self%matrix%complete()
     call self%unknowns%halo%accumulate(load)
+    if (size(self%pairs) > 0) call constrain_coupling(self, rest, load)
     allocate (right_hand_side, source=self%residual)
     call self%constraints%to_local(right_hand_side)
     right_hand_side = -right_hand_side - load
@@ -816,6 +878,8 @@ contains
       right_hand_side(:self%constraints%n_direction(i), self%constraints%node(i)) = 0.0_wp
     end do
 
+    if (size(self%pairs) > 0) call check_pattern(self, status)
+    if (status%failed()) return
     if (.not. allocated(self%solver)) call create_solver(self, status)
     if (status%failed()) return
     call self%solver%factorise(self%matrix, status)
@@ -915,6 +979,9 @@ contains
     do i = 1, size(self%contacts)
       call self%contacts(i)%accept()
     end do
+    do i = 1, size(self%pairs)
+      call self%pairs(i)%contact%accept()
+    end do
     do i = 1, size(self%tools)
       call self%tools(i)%accept()
     end do
@@ -935,6 +1002,9 @@ contains
     end do
     do i = 1, size(self%contacts)
       call self%contacts(i)%reject()
+    end do
+    do i = 1, size(self%pairs)
+      call self%pairs(i)%contact%reject()
     end do
 
   end subroutine mechanics_reject_step

@@ -88,7 +88,7 @@ contains
     character(len=:), allocatable :: free
     integer :: i
 
-    if (size(self%contacts) > 0) return
+    if (size(self%contacts) + size(self%pairs) > 0) return
     associate (motions => free_motions(self))
       if (size(motions) == 0) return
       free = trim(RIGID_MOTIONS(motions(1)))

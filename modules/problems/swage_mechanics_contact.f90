@@ -1,5 +1,6 @@
 !> Enforcement of the contacts of [[swage_mechanics]] around the Newton iterations.
 submodule(swage_mechanics) swage_mechanics_contact
+  use swage_contact_state, only: contact_state_t
   implicit none(type, external)
 
   !> Error of the forces above which the present slip tells little about that of the solution.
@@ -9,36 +10,67 @@ contains
 
   module procedure mechanics_augment
 
-    real(wp) :: measures(4), penetration(size(self%contacts))
-    integer :: i, k
+    real(wp) :: among_bodies(size(self%pairs)), measures(4), penetration(size(self%contacts))
+    integer :: i
     logical :: contact_done, gives_up
 
     done = .true.
     do i = 1, size(self%contacts)
       associate (contact => self%contacts(i))
-        call contact%measure(measures)
-        do k = 1, size(measures)
-          call self%comm%max(measures(k))
-        end do
+        call measure(self, contact%contact_state_t, measures)
         call contact%augment(self%tools(contact%tool), measures, contact_done, gives_up)
-        if (gives_up) then
-          call status%raise(STATUS_RETRY, 'mechanics_augment', 'contact '//contact%name// &
-                            ': nodes cannot settle whether they touch', EXIT_CONVERGENCE)
-        end if
+        if (gives_up) call give_up(contact%contact_state_t, status)
         done = done .and. contact_done
         penetration(i) = measures(1)
       end associate
     end do
+    do i = 1, size(self%pairs)
+      associate (contact => self%pairs(i)%contact)
+        call measure(self, contact%contact_state_t, measures)
+        call contact%augment(measures, contact_done, gives_up)
+        if (gives_up) call give_up(contact%contact_state_t, status)
+        done = done .and. contact_done
+        among_bodies(i) = measures(1)
+      end associate
+    end do
     if (.not. done) return
     do i = 1, size(self%contacts)
-      call note_augmentations(self, i, penetration(i))
+      call note_augmentations(self, self%contacts(i)%contact_state_t, penetration(i))
+    end do
+    do i = 1, size(self%pairs)
+      call note_augmentations(self, self%pairs(i)%contact%contact_state_t, among_bodies(i))
     end do
 
   end procedure mechanics_augment
 
+  !> Collective. Maxima over all ranks of what decides about augmentations.
+  subroutine measure(self, contact, measures)
+    class(mechanics_t), intent(in) :: self
+    type(contact_state_t), intent(in) :: contact
+    real(wp), intent(out) :: measures(4)
+
+    integer :: k
+
+    call contact%measure(measures)
+    do k = 1, size(measures)
+      call self%comm%max(measures(k))
+    end do
+
+  end subroutine measure
+
+  subroutine give_up(contact, status)
+    type(contact_state_t), intent(in) :: contact
+    type(status_t), intent(inout) :: status
+
+    call status%raise(STATUS_RETRY, 'mechanics_augment', 'contact '//contact%name// &
+                      ': nodes cannot settle whether they touch', EXIT_CONVERGENCE)
+
+  end subroutine give_up
+
   module procedure prepare_contacts
 
-    integer :: i
+    type(contact_blocks_t) :: secants
+    integer :: i, k
     logical :: takes_secants
 
     takes_secants = self%needs_safe_tangent .or. &
@@ -46,30 +78,35 @@ contains
     do i = 1, size(self%contacts)
       call self%contacts(i)%watch(takes_secants, self%matrix)
     end do
+    do i = 1, size(self%pairs)
+      call secants%start()
+      call self%pairs(i)%contact%watch(takes_secants, self%pairs(i)%rows, secants)
+      do k = 1, secants%n
+        call self%matrix%coupling%add(secants%row(k), secants%column(k), secants%block(:, :, k), &
+                                      .false.)
+      end do
+    end do
 
   end procedure prepare_contacts
 
   !> A line for the log about a step that took augmentations.
-  subroutine note_augmentations(self, i, penetration)
+  subroutine note_augmentations(self, contact, penetration)
     class(mechanics_t), intent(inout) :: self
-    !> Place of the contact.
-    integer, intent(in) :: i
+    type(contact_state_t), intent(in) :: contact
     !> By the cell size [1].
     real(wp), intent(in) :: penetration
 
     character(len=:), allocatable :: line
 
-    associate (contact => self%contacts(i))
-      if (contact%n_augmentation == 0) return
-      line = 'contact '//contact%name//': '//text(contact%n_augmentation)// &
-        ' augmentations, penetration '//text(penetration)//' of a cell'
-      if (contact%growth > contact%growth_old) then
-        line = line//', penalty '//text(contact%growth)//' times that of the start'
-      end if
-      if (penetration > contact%enforcement%penetration_tolerance) then
-        line = line//': above penetration_tolerance, but maximum_augmentations is reached'
-      end if
-    end associate
+    if (contact%n_augmentation == 0) return
+    line = 'contact '//contact%name//': '//text(contact%n_augmentation)// &
+      ' augmentations, penetration '//text(penetration)//' of a cell'
+    if (contact%growth > contact%growth_old) then
+      line = line//', penalty '//text(contact%growth)//' times that of the start'
+    end if
+    if (penetration > contact%enforcement%penetration_tolerance) then
+      line = line//': above penetration_tolerance, but maximum_augmentations is reached'
+    end if
     if (self%notes /= '') self%notes = self%notes//new_line('a')
     self%notes = self%notes//line
 

@@ -288,6 +288,15 @@ contains
       step%stabilisation = step%stabilisation + work%inertia
       step%external = step%external - work%excess
     end do
+    do i = 1, size(self%pairs)
+      associate (pair => self%pairs(i))
+        call pair%contact%work(pair%rows, self%surface_start, self%surface_moved, work)
+      end associate
+      step%contact = step%contact + work%stored
+      step%friction = step%friction + work%friction
+      step%stabilisation = step%stabilisation + work%inertia
+      step%external = step%external - work%excess
+    end do
 
   end subroutine add_contacts
 

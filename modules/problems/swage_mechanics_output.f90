@@ -1,5 +1,6 @@
 !> What [[swage_mechanics]] tells the outside: history, fields, pictures of the tools.
 submodule(swage_mechanics) swage_mechanics_output
+  use swage_contact_state, only: contact_state_t
   use swage_boundary, only: BOUNDARY_MOTION, BOUNDARY_SYMMETRY
   use swage_field_list, only: FIELD_CELL, FIELD_NODAL
   use swage_cell_geometry, only: AXISYMMETRIC
@@ -46,10 +47,10 @@ contains
       end associate
     end do
     do i = 1, size(self%contacts)
-      call add_column('contact_nodes_'//self%contacts(i)%name, '1')
-      call add_column('contact_area_'//self%contacts(i)%name, 'length^2')
-      call add_column('penetration_'//self%contacts(i)%name, 'length')
-      call add_column('penetration_by_cell_'//self%contacts(i)%name, '1')
+      call add_contact(self%contacts(i)%name)
+    end do
+    do i = 1, size(self%pairs)
+      call add_contact(self%pairs(i)%contact%name)
     end do
     call add_column('volume', 'length^3')
     call add_column('mass_error', '1')
@@ -62,6 +63,16 @@ contains
     call add_column('energy_error', '1')
 
   contains
+
+    subroutine add_contact(name)
+      character(len=*), intent(in) :: name
+
+      call add_column('contact_nodes_'//name, '1')
+      call add_column('contact_area_'//name, 'length^2')
+      call add_column('penetration_'//name, 'length')
+      call add_column('penetration_by_cell_'//name, '1')
+
+    end subroutine add_contact
 
     subroutine add_column(name, dimension)
       character(len=*), intent(in) :: name
@@ -76,7 +87,7 @@ contains
 
   module procedure mechanics_history_values
 
-    real(wp) :: area, deepest, deepest_by_cell, mean(4), n_active
+    real(wp) :: mean(4)
     integer :: i, j
 
     allocate (values(0))
@@ -104,18 +115,10 @@ contains
       end associate
     end do
     do i = 1, size(self%contacts)
-      associate (contact => self%contacts(i))
-        n_active = real(count(contact%active), wp)
-        area = sum(contact%area, mask=contact%active)
-        deepest = max(0.0_wp, maxval(contact%penetration, mask=contact%active))
-        deepest_by_cell = max(0.0_wp, maxval(contact%penetration / contact%size, &
-                                             mask=contact%active))
-        call self%comm%sum(n_active)
-        call self%comm%sum(area)
-        call self%comm%max(deepest)
-        call self%comm%max(deepest_by_cell)
-        values = [values, n_active, area, deepest, deepest_by_cell]
-      end associate
+      values = [values, contact_values(self, self%contacts(i)%contact_state_t)]
+    end do
+    do i = 1, size(self%pairs)
+      values = [values, contact_values(self, self%pairs(i)%contact%contact_state_t)]
     end do
     associate (energies => self%energies)
       values = [values, mass_balance(self), energies%external, energies%plastic, &
@@ -124,6 +127,23 @@ contains
     end associate
 
   end procedure mechanics_history_values
+
+  !> Collective. Conditions in contact, their area, and the largest penetration, also by the cell.
+  function contact_values(self, contact) result(values)
+    class(mechanics_t), intent(in) :: self
+    type(contact_state_t), intent(in) :: contact
+    !> [1], [length^2], [length], [1].
+    real(wp) :: values(4)
+
+    values(1) = real(count(contact%active), wp)
+    values(2) = sum(contact%area, mask=contact%active)
+    values(3) = max(0.0_wp, maxval(contact%penetration, mask=contact%active))
+    values(4) = max(0.0_wp, maxval(contact%penetration / contact%size, mask=contact%active))
+    call self%comm%sum(values(:2))
+    call self%comm%max(values(3))
+    call self%comm%max(values(4))
+
+  end function contact_values
 
   !> Collective. Volume, and its excess over that of the same mass at the present pressure.
   function mass_balance(self) result(balance)
@@ -193,11 +213,11 @@ contains
     call fields%add('temperature', 'temperature', 'nodal temperature', FIELD_NODAL, &
                     reshape(self%temperature, [1, n]))
     call contact_fields(self, row, weights)
-    call fields%add('contact_pressure', 'stress', 'on rigid tools, 0 where there is no contact', &
+    call fields%add('contact_pressure', 'stress', 'of tools and masters, 0 where there is none', &
                     FIELD_NODAL, row(1:1, :))
-    call fields%add('penetration', 'length', 'into rigid tools, 0 where there is no contact', &
+    call fields%add('penetration', 'length', 'into tools and masters, 0 where there is none', &
                     FIELD_NODAL, row(2:2, :))
-    call fields%add('friction_traction', 'stress', 'of rigid tools on the body', FIELD_NODAL, &
+    call fields%add('friction_traction', 'stress', 'of tools and masters on slaves', FIELD_NODAL, &
                     weights)
 
     allocate (stress(6, self%mesh%n_cell))
@@ -261,6 +281,9 @@ contains
     real(wp), contiguous, intent(out) :: row(:, :)
     real(wp), contiguous, intent(out) :: traction(:, :)
 
+    real(wp), allocatable :: area(:), penetration(:), pressure(:), shear(:, :)
+    integer, allocatable :: node(:)
+    logical, allocatable :: active(:)
     integer :: i, j
 
     row = 0.0_wp
@@ -276,6 +299,15 @@ contains
           end associate
         end do
       end associate
+    end do
+    do i = 1, size(self%pairs)
+      call self%pairs(i)%contact%list_nodes(node, area, penetration, pressure, shear, active)
+      do j = 1, size(node)
+        if (.not. active(j)) cycle
+        row(1, node(j)) = row(1, node(j)) + pressure(j)
+        row(2, node(j)) = max(row(2, node(j)), penetration(j))
+        traction(:, node(j)) = traction(:, node(j)) + shear(:, j)
+      end do
     end do
     call self%mesh%halo%update(row)
     call self%mesh%halo%update(traction)
@@ -423,6 +455,14 @@ contains
     do i = 1, size(self%contacts)
       text = text//new_line('a')//'contact '//self%contacts(i)%name//': tool '// &
         self%tools(self%contacts(i)%tool)%name//', friction '//self%contacts(i)%friction%name
+    end do
+    do i = 1, size(self%pairs)
+      associate (pair => self%pairs(i))
+        text = text//new_line('a')//'contact '//pair%contact%name//': between bodies, '// &
+          number_of(int(pair%surfaces%slave%n_facet, gp))//' facets on '// &
+          number_of(int(pair%surfaces%master%n_facet, gp))//', friction '// &
+          pair%contact%friction%name
+      end associate
     end do
 
   end procedure mechanics_summary

@@ -5,7 +5,7 @@
 submodule(swage_mechanics) swage_mechanics_restart
   use swage_checksum, only: bytes_of, checksum
   use swage_linear_solver, only: SOLVER_SAVED
-  use swage_snapshot, only: OF_CELLS, OF_NODES, OF_SOME_NODES, snapshot_create
+  use swage_snapshot, only: OF_CELLS, OF_NODES, OF_RANK, OF_SOME_NODES, snapshot_create
   implicit none(type, external)
 
   !> Entry of a snapshot with the further pressures of nodes where materials meet.
@@ -67,9 +67,13 @@ contains
     do i = 1, size(self%contacts)
       call self%contacts(i)%save(snapshot)
     end do
+    do i = 1, size(self%pairs)
+      call self%pairs(i)%contact%save(snapshot)
+    end do
     do i = 1, size(self%tools)
       call self%tools(i)%save(snapshot)
     end do
+    if (size(self%pairs) > 0) call save_pattern(self, snapshot)
     if (allocated(self%solver)) call self%solver%save(snapshot)
 
   end procedure mechanics_save
@@ -110,6 +114,9 @@ contains
     do i = 1, size(self%contacts)
       call self%contacts(i)%load(snapshot, status)
     end do
+    do i = 1, size(self%pairs)
+      call self%pairs(i)%contact%load(snapshot, status)
+    end do
     do i = 1, size(self%tools)
       call self%tools(i)%load(snapshot, status)
     end do
@@ -118,6 +125,8 @@ contains
 
     call self%reject_step()
     if (.not. snapshot%has(SOLVER_SAVED)) return
+    if (size(self%pairs) > 0) call load_pattern(self, snapshot, status)
+    if (status%failed()) return
     call create_solver(self, status)
     call self%comm%agree(status)
     if (status%failed()) return
@@ -214,6 +223,48 @@ contains
     self%pressure_before = both(3, :)
 
   end subroutine load_further
+
+  !> The factors of a solver that goes on are of the pattern that has grown so far.
+  subroutine save_pattern(self, snapshot)
+    class(mechanics_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    associate (coupling => self%matrix%coupling)
+      call snapshot%put('coupling ranks', self%comm%size)
+      call snapshot%put('coupling rows', coupling%row_start, OF_RANK)
+      call snapshot%put('coupling columns', coupling%column, OF_RANK)
+    end associate
+
+  end subroutine save_pattern
+
+  !> Collective. With another number of ranks the pattern begins anew, as the factors do.
+  subroutine load_pattern(self, snapshot, status)
+    class(mechanics_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    type(status_t), intent(inout) :: status
+
+    integer, allocatable :: columns(:), row_start(:), rows(:)
+    integer :: i, n_rank
+
+    n_rank = 0
+    call snapshot%get('coupling ranks', n_rank, status)
+    call self%comm%agree(status)
+    if (status%failed() .or. n_rank /= self%comm%size) return
+    associate (coupling => self%matrix%coupling)
+      allocate (row_start(coupling%n_node + 1), columns(snapshot%count('coupling columns')))
+      call snapshot%get('coupling rows', row_start, status, OF_RANK)
+      call snapshot%get('coupling columns', columns, status, OF_RANK)
+      call self%comm%agree(status)
+      if (status%failed()) return
+      allocate (rows(size(columns)))
+      do i = 1, coupling%n_node
+        rows(row_start(i):row_start(i + 1) - 1) = i
+      end do
+      call coupling%expect(rows, columns)
+      self%analysed_version = coupling%version
+    end associate
+
+  end subroutine load_pattern
 
   !> `axisymmetric, fixed geometry`.
   pure function kind_text(settings) result(string)
@@ -339,6 +390,10 @@ contains
     do i = 1, size(self%contacts)
       if (i > 1) string = string//', '
       string = string//self%contacts(i)%name
+    end do
+    do i = 1, size(self%pairs)
+      if (string /= '') string = string//', '
+      string = string//self%pairs(i)%contact%name
     end do
 
   end function contact_names

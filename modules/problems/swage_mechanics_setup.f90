@@ -1,9 +1,15 @@
 !> Reading and building of [[swage_mechanics]].
 submodule(swage_mechanics) swage_mechanics_setup
   use swage_block_matrix, only: block_matrix_create
+  use swage_body_contact, only: body_contact_create
   use swage_body_keys, only: explain_interface, take_body
   use swage_boundary, only: boundary_from_group, BOUNDARY_MOTION, BOUNDARY_PRESSURE, &
                             BOUNDARY_SYMMETRY, BOUNDARY_TRACTION, explain_boundary
+  use swage_contact_formulation, only: CHOICE_LENGTH, contact_choice_t
+  use swage_contact_formulation_registry, only: contact_formulation_create, &
+    contact_formulation_names
+  use swage_contact_pair, only: contact_pair_create
+  use swage_coupling_matrix, only: coupling_matrix_create
   use swage_friction, only: friction_law_t
   use swage_friction_registry, only: friction_from_group
   use swage_group, only: group_t
@@ -12,6 +18,7 @@ submodule(swage_mechanics) swage_mechanics_setup
   use swage_motion, only: motion_from_group, motion_t
   use swage_number, only: number_text
   use swage_rigid_tool, only: tool_from_group
+  use swage_shared_surface, only: shared_surface_create
   use swage_status, only: EXIT_MESH, STATUS_ERROR
   use swage_tool_contact, only: AUGMENTED_LAGRANGIAN, enforcement_t, ENFORCEMENT_NAMES, &
     facet_normal, PENALTY, tool_contact_create
@@ -43,6 +50,15 @@ submodule(swage_mechanics) swage_mechanics_setup
     real(wp) :: inertia = 5.0_wp
     type(enforcement_t) :: enforcement
     logical :: separation = .true.
+    !> Between bodies.
+    character(len=:), allocatable :: formulation
+    type(contact_choice_t) :: choice
+    logical :: smoothing = .true.
+    !> [degrees]
+    real(wp) :: feature_angle = 40.0_wp
+    !> Whether distances at the start are adjusted, and up to which gap [length].
+    logical :: adjusts = .false.
+    real(wp) :: adjust = 0.0_wp
   end type contact_keys_t
 
 contains
@@ -520,7 +536,8 @@ contains
     call group%take_list('slave', keys%slave, 'Name of a &body, whose whole surface except '// &
                          'symmetry planes may touch, or physical groups of its surface.', &
                          required=.true.)
-    call group%take('master', keys%master, 'Name of the &tool.', required=.true.)
+    call group%take('master', keys%master, 'Name of the &tool, of another &body, or of a '// &
+                    'physical group of its surface.', required=.true.)
     call group%take('friction', keys%friction, 'Name of the &friction; ''none'': frictionless.')
     call group%take('enforcement', kind, 'Pressure by penetration, or multipliers that bring '// &
                     'the penetration to nothing.', choices=ENFORCEMENT_NAMES)
@@ -543,6 +560,7 @@ contains
                     'nodes at an edge from snapping.', lower=0.0_wp)
     call group%take('separation', keys%separation, 'False: nodes that touch stay on the tool, '// &
                     'and the contact carries tension.')
+    call take_formulation(group, keys)
     keys%enforcement%kind = findloc(ENFORCEMENT_NAMES == kind, .true., dim=1)
     if (group%explaining .or. keys%enforcement%kind == AUGMENTED_LAGRANGIAN) return
     call refuse_idle('penetration_tolerance')
@@ -562,6 +580,107 @@ contains
 
   end subroutine take_contact
 
+  !> Keys of a contact between bodies, which one with a tool must not have.
+  subroutine take_formulation(group, keys)
+    type(group_t), intent(inout) :: group
+    type(contact_keys_t), intent(inout) :: keys
+
+    character(len=CHOICE_LENGTH), allocatable :: names(:)
+    character(len=:), allocatable :: gap, projection, quadrature, variant
+
+    allocate (names, source=contact_formulation_names())
+    keys%formulation = 'quasi_symmetric'
+    variant = trim(keys%choice%variant)
+    projection = trim(keys%choice%projection)
+    gap = trim(keys%choice%gap)
+    quadrature = trim(keys%choice%quadrature)
+    call group%take('formulation', keys%formulation, 'How bodies press on each other: '// &
+                    'pressures of the slave that act on the master by a projection, '// &
+                    'conditions at points of the slave alone, or of both.', choices=names)
+    call group%take('variant', variant, 'Points of the conditions of ''master_slave'': nodes, '// &
+                    'the middle of each facet, or quadrature points.', &
+                    choices=[character(len=9) :: 'nodal', 'one_point', 'full'])
+    call group%take('projection', projection, 'How ''quasi_symmetric'' brings the pressure of '// &
+                    'the slave to the master.', &
+                    choices=[character(len=13) :: 'l2', 'lumped', 'interpolation', 'nodal'])
+    call group%take('gap', gap, 'Distances of ''quasi_symmetric'': distributed as the forces '// &
+                    'are, or the mean of those from both sides.', &
+                    choices=[character(len=8) :: 'dual', 'averaged'])
+    call group%take('quadrature', quadrature, 'Integrals on the pieces that facets of both '// &
+                    'sides have in common, or on whole facets of the slave.', &
+                    choices=[character(len=7) :: 'clipped', 'slave'])
+    call group%take('quadrature_points', keys%choice%n_point, 'Points on a facet of the slave '// &
+                    'where integrals are not clipped.', lower=1)
+    call group%take('smoothing', keys%smoothing, 'Normals interpolated between nodes, instead '// &
+                    'of those of flat facets.')
+    call group%take('feature_angle', keys%feature_angle, 'angle', 'Angle between normals of '// &
+                    'facets from which on an edge is sharp.', above=0.0_wp, below=180.0_wp)
+    call group%take('adjust', keys%adjust, 'length', 'Gaps up to this size, and overlaps of '// &
+                    'any size, count as none at the start.', lower=0.0_wp)
+    keys%adjusts = group%given('adjust')
+    keys%choice%variant = variant
+    keys%choice%projection = projection
+    keys%choice%gap = gap
+    keys%choice%quadrature = quadrature
+
+  end subroutine take_formulation
+
+  !> Keys that mean nothing where the master is a tool.
+  subroutine refuse_formulation(group)
+    type(group_t), intent(inout) :: group
+
+    character(len=17), parameter :: KEYS(9) = [character(len=17) :: 'formulation', 'variant', &
+      'projection', 'gap', 'quadrature', 'quadrature_points', 'smoothing', 'feature_angle', &
+      'adjust']
+    integer :: i
+
+    do i = 1, size(KEYS)
+      if (group%given(trim(KEYS(i)))) then
+        call group%refuse(trim(KEYS(i)), 'has no effect: the master is a tool')
+      end if
+    end do
+
+  end subroutine refuse_formulation
+
+  !> True when the master of a contact is a body or a part of its surface.
+  function is_between_bodies(self, keys) result(between)
+    type(mechanics_t), intent(in) :: self
+    type(contact_keys_t), intent(in) :: keys
+    logical :: between
+
+    integer :: i
+
+    between = .false.
+    do i = 1, size(self%tools)
+      if (self%tools(i)%name == keys%master) return
+    end do
+    between = self%mesh%find_group(keys%master, self%mesh%dimension - 1) > 0
+    do i = 1, size(self%bodies)
+      between = between .or. self%bodies(i)%name == keys%master
+    end do
+
+  end function is_between_bodies
+
+  !> The friction of a contact.
+  subroutine find_friction(deck, group, keys, law, status)
+    type(deck_t), intent(in) :: deck
+    type(group_t), intent(in) :: group
+    type(contact_keys_t), intent(in) :: keys
+    class(friction_law_t), allocatable, intent(out) :: law
+    type(status_t), intent(inout) :: status
+
+    type(group_t) :: friction_group
+
+    if (keys%friction == 'none') then
+      call default_friction(deck, law, status)
+    else
+      call deck%find('friction', keys%friction, friction_group, status, from=group, key='friction')
+      if (status%failed()) return
+      call friction_from_group(friction_group, law, status)
+    end if
+
+  end subroutine find_friction
+
   subroutine read_contacts(self, deck, status)
     type(mechanics_t), intent(inout) :: self
     type(deck_t), intent(in) :: deck
@@ -569,20 +688,29 @@ contains
 
     class(friction_law_t), allocatable :: law
     type(contact_keys_t) :: keys
-    type(group_t) :: friction_group, group, tool_group
-    integer, allocatable :: facet(:), node(:)
+    type(group_t) :: group, tool_group
+    integer, allocatable :: facet(:), node(:), of_tools(:)
     real(wp), allocatable :: nodal(:, :)
     integer :: i, j, tool
 
     call check_frictions(deck, status)
     if (status%failed()) return
     call nodal_stiffness(self, nodal)
-    allocate (self%contacts(deck%count('contact')))
-    do i = 1, size(self%contacts)
+    allocate (of_tools(0))
+    do i = 1, deck%count('contact')
       call deck%get('contact', i, group)
       call take_contact(group, keys)
-      call find_slave(self, group, keys%slave, facet)
-      call need_surface(self, group, facet)
+      if (.not. is_between_bodies(self, keys)) of_tools = [of_tools, i]
+    end do
+    call read_pairs(self, deck, of_tools, nodal, status)
+    if (status%failed()) return
+    allocate (self%contacts(size(of_tools)))
+    do i = 1, size(self%contacts)
+      call deck%get('contact', of_tools(i), group)
+      call take_contact(group, keys)
+      call refuse_formulation(group)
+      call find_slave(self, group, 'slave', keys%slave, facet)
+      call need_surface(self, group, 'slave', facet)
       call group%finish(status)
       if (status%failed()) return
       call deck%find('tool', keys%master, tool_group, status, from=group, key='master')
@@ -591,14 +719,7 @@ contains
       do j = 1, size(self%tools)
         if (self%tools(j)%name == keys%master) tool = j
       end do
-      if (keys%friction == 'none') then
-        call default_friction(deck, law, status)
-      else
-        call deck%find('friction', keys%friction, friction_group, status, from=group, &
-                       key='friction')
-        if (status%failed()) return
-        call friction_from_group(friction_group, law, status)
-      end if
+      call find_friction(deck, group, keys, law, status)
       if (status%failed()) return
       call check_friction(self, law, group, facet, status)
       if (status%failed()) return
@@ -616,6 +737,224 @@ contains
     call check_controls(self, deck, status)
 
   end subroutine read_contacts
+
+  !> Collective. Contacts between bodies: their surfaces, conditions and coupling.
+  subroutine read_pairs(self, deck, of_tools, nodal, status)
+    type(mechanics_t), intent(inout) :: self
+    type(deck_t), intent(in) :: deck
+    !> Contacts with tools.
+    integer, intent(in) :: of_tools(:)
+    !> Of [[nodal_stiffness]].
+    real(wp), intent(in) :: nodal(:, :)
+    type(status_t), intent(inout) :: status
+
+    class(friction_law_t), allocatable :: law
+    type(contact_keys_t) :: keys
+    type(group_t) :: group
+    integer, allocatable :: master(:), slave(:), unknown_node(:)
+    integer(gp), allocatable :: in_use(:, :), node_global(:)
+    logical, allocatable :: is_used(:)
+    integer :: i, k, n
+
+    n = deck%count('contact') - size(of_tools)
+    allocate (self%pairs(n))
+    if (n == 0) return
+    ! Which facets each pair has, as bits of the slave and the master of this rank's facets
+    allocate (in_use(2 * n, self%mesh%n_facet), source=0_gp)
+    k = 0
+    do i = 1, deck%count('contact')
+      if (any(of_tools == i)) cycle
+      k = k + 1
+      call deck%get('contact', i, group)
+      call take_contact(group, keys)
+      call find_slave(self, group, 'slave', keys%slave, slave)
+      call need_surface(self, group, 'slave', slave)
+      call find_slave(self, group, 'master', [keys%master], master)
+      call need_surface(self, group, 'master', master)
+      call check_sides(self, group, slave, master)
+      call group%finish(status)
+      if (status%failed()) return
+      in_use(2 * k - 1, slave) = 1_gp
+      in_use(2 * k, master) = 1_gp
+    end do
+    allocate (is_used(self%mesh%n_facet))
+    is_used = any(in_use > 0_gp, dim=1)
+    call shared_surface_create(self%comm, self%mesh, pack([(i, i=1, size(is_used))], is_used), &
+                               pack(self%body_of_cell(self%mesh%facet_cell), is_used), &
+                               self%surface)
+    associate (surface => self%surface)
+      allocate (self%surface_start(3, surface%n_node), self%surface_moved(3, surface%n_node))
+      allocate (self%matrix%coupling)
+      allocate (unknown_node(surface%n_node), source=0)
+      allocate (node_global(surface%n_node), source=0_gp)
+      do i = 1, surface%n_node
+        if (surface%mesh_node(i) == 0) cycle
+        unknown_node(i) = self%unknowns%of_node(surface%mesh_node(i))
+        if (surface%is_own(i)) node_global(i) = self%unknowns%node_global(unknown_node(i))
+      end do
+      call self%comm%sum(node_global)
+      call coupling_matrix_create(self%comm, self%mesh%dimension, node_global, unknown_node, &
+                                  surface%is_own, self%matrix%coupling)
+    end associate
+
+    k = 0
+    do i = 1, deck%count('contact')
+      if (any(of_tools == i)) cycle
+      k = k + 1
+      call deck%get('contact', i, group)
+      call take_contact(group, keys)
+      call find_friction(deck, group, keys, law, status)
+      if (status%failed()) return
+      slave = pack([(i, i=1, size(is_used))], in_use(2 * k - 1, :) > 0_gp)
+      call check_friction(self, law, group, slave, status)
+      if (status%failed()) return
+      call create_pair(self, group, keys, law, on_surface(self, in_use(2 * k - 1, :)), &
+                       on_surface(self, in_use(2 * k, :)), nodal, self%pairs(k), status)
+      if (status%failed()) return
+    end do
+
+  end subroutine read_pairs
+
+  !> Collective. Facets of the shared surface, from those of this rank that are marked.
+  function on_surface(self, is_marked) result(places)
+    type(mechanics_t), intent(in) :: self
+    !> 1 or 0; shape (n_facet of the mesh).
+    integer(gp), intent(in) :: is_marked(:)
+    integer, allocatable :: places(:)
+
+    integer(gp), allocatable :: marks(:)
+    integer :: i
+
+    allocate (marks(self%surface%n_facet), source=0_gp)
+    do i = 1, size(marks)
+      if (self%surface%mesh_facet(i) > 0) marks(i) = is_marked(self%surface%mesh_facet(i))
+    end do
+    call self%comm%sum(marks)
+    allocate (places, source=pack([(i, i=1, size(marks))], marks > 0_gp))
+
+  end function on_surface
+
+  !> Collective. A body cannot press on itself in this way, and no facet may be on both sides.
+  subroutine check_sides(self, group, slave, master)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(inout) :: group
+    integer, intent(in) :: slave(:)
+    integer, intent(in) :: master(:)
+
+    logical :: is_slave(self%mesh%n_facet)
+    integer(gp) :: n_shared
+
+    is_slave = .false.
+    is_slave(slave) = .true.
+    n_shared = count(is_slave(master), kind=gp)
+    call self%comm%sum(n_shared)
+    if (n_shared == 0_gp) return
+    call group%refuse('master', 'has '//text(int(n_shared))//' facets that the slave has, too: '// &
+                      'the two sides of a contact must be different surfaces')
+
+  end subroutine check_sides
+
+  !> Collective. A pair of surfaces with its formulation and what is enforced there.
+  subroutine create_pair(self, group, keys, law, slave, master, nodal, pair, status)
+    type(mechanics_t), intent(inout) :: self
+    type(group_t), intent(inout) :: group
+    type(contact_keys_t), intent(in) :: keys
+    class(friction_law_t), intent(in) :: law
+    !> Facets of the shared surface.
+    integer, intent(in) :: slave(:), master(:)
+    !> Of [[nodal_stiffness]].
+    real(wp), intent(in) :: nodal(:, :)
+    type(body_pair_t), intent(inout) :: pair
+    type(status_t), intent(inout) :: status
+
+    real(wp), parameter :: DEGREE = acos(-1.0_wp) / 180.0_wp
+
+    real(wp), allocatable :: all_nodal(:, :), penalty(:)
+    integer, allocatable :: owner(:)
+    real(wp) :: reach
+    integer :: n
+
+    associate (surface => self%surface)
+      n = surface%n_node
+      allocate (all_nodal(2, n), penalty(n))
+      call surface%gather(nodal(:2, :), all_nodal)
+      reach = max(maxval(all_nodal(2, reshape(surface%facet_node(:, slave), &
+                                              [size(surface%facet_node, 1) * size(slave)]))), &
+                  maxval(all_nodal(2, reshape(surface%facet_node(:, master), &
+                                              [size(surface%facet_node, 1) * size(master)]))))
+      call contact_pair_create(self%mesh%dimension, self%settings%kind == AXISYMMETRIC, &
+                               surface%facet_node(:, slave), surface%facet_node(:, master), n, &
+                               reach, reach, keys%smoothing, keys%feature_angle * DEGREE, &
+                               pair%surfaces)
+      call contact_formulation_create(keys%formulation, keys%choice, pair%formulation)
+      if (.not. allocated(pair%formulation)) then
+        call group%refuse('projection', 'does not go with formulation '//keys%formulation)
+      end if
+      call group%finish(status)
+      if (status%failed()) return
+      call pair%formulation%list_owners(pair%surfaces, owner)
+      penalty = keys%penalty * pair_stiffness(surface%facet_node(:, master), all_nodal(1, :))
+      call body_contact_create(group%name, 1, 2, law, keys%separation, owner, surface%is_own, &
+                               surface%mesh_node, all_nodal(2, :), penalty, &
+                               keys%tangential * penalty, keys%enforcement, keys%inertia, &
+                               pair%contact)
+      call check_start(self, group, keys, pair, status)
+    end associate
+
+  end subroutine create_pair
+
+  !> Stiffness of each node and the mean of the master, one behind the other: the softer decides.
+  pure function pair_stiffness(master, stiffness) result(together)
+    !> Corners of facets; shape (n_dim, :).
+    integer, intent(in) :: master(:, :)
+    !> Of the surface nodes [stress/length]; shape (n_node).
+    real(wp), intent(in) :: stiffness(:)
+    real(wp) :: together(size(stiffness))
+
+    real(wp) :: mean
+
+    mean = sum(stiffness(reshape(master, [size(master)]))) / max(size(master), 1)
+    together = 2.0_wp * stiffness * mean / (stiffness + mean)
+
+  end function pair_stiffness
+
+  !> Collective. Bodies drawn into each other are a mistake in the input, unless they are adjusted.
+  subroutine check_start(self, group, keys, pair, status)
+    type(mechanics_t), intent(inout) :: self
+    type(group_t), intent(in) :: group
+    type(contact_keys_t), intent(in) :: keys
+    type(body_pair_t), intent(inout) :: pair
+    type(status_t), intent(inout) :: status
+
+    real(wp) :: deepest
+    integer :: row, worst
+
+    call self%surface%gather(self%mesh%coordinates, self%surface_start)
+    call pair%surfaces%begin_step(self%surface_start)
+    call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+    if (keys%adjusts) then
+      call pair%contact%adjust(pair%rows, keys%adjust)
+      return
+    end if
+    deepest = 0.0_wp
+    worst = 0
+    do row = 1, pair%rows%n_row
+      associate (place => pair%contact%place(pair%rows%key(row)), gap => pair%rows%gap(row))
+        if (gap <= LARGEST_OVERLAP * pair%contact%size(place) .or. gap <= deepest) cycle
+      end associate
+      deepest = pair%rows%gap(row)
+      worst = pair%rows%slave(row)
+    end do
+    if (worst > 0) then
+      call status%raise(STATUS_ERROR, 'check_start', group%describe('master')//': at the start '// &
+                        'node '//text(int(self%surface%node_tag(worst)))// &
+                        near(self%surface_start(:self%mesh%dimension, worst))//' is '// &
+                        text(deepest)//' [length] inside the master, more than a tenth of its '// &
+                        'cells: draw the bodies apart, or give `adjust`')
+    end if
+    call self%comm%agree(status)
+
+  end subroutine check_start
 
   !> Collective. A facet that meets a tool by two contacts would be pushed twice.
   subroutine check_pairs(self, n, tool, facet, group, status)
@@ -718,9 +1057,11 @@ contains
   end subroutine check_friction
 
   !> Facets of a body, or of groups of its surface.
-  subroutine find_slave(self, group, slave, facet)
+  subroutine find_slave(self, group, key, slave, facet)
     type(mechanics_t), intent(in) :: self
     type(group_t), intent(inout) :: group
+    !> Key that named them.
+    character(len=*), intent(in) :: key
     character(len=*), intent(in) :: slave(:)
     integer, allocatable, intent(out) :: facet(:)
 
@@ -742,11 +1083,11 @@ contains
         end do
         if (self%settings%kind == AXISYMMETRIC) call leave_axis(self, touching)
       else if (any([(self%tools(j)%name == slave(i), j=1, size(self%tools))])) then
-        call group%refuse('slave', trim(slave(i))//' is a tool: the slave is a &body, or '// &
+        call group%refuse(key, trim(slave(i))//' is a tool: the slave is a &body, or '// &
                           'groups of its surface, and the tool the master')
         return
       else
-        place = checked_group(self, group, 'slave', trim(slave(i)), self%mesh%dimension - 1)
+        place = checked_group(self, group, key, trim(slave(i)), self%mesh%dimension - 1)
         if (place == 0) return
         touching(self%mesh%group_facets(place)) = .true.
       end if
@@ -756,9 +1097,10 @@ contains
   end subroutine find_slave
 
   !> Collective. A contact needs a surface; a fault stays in `group`.
-  subroutine need_surface(self, group, facet)
+  subroutine need_surface(self, group, key, facet)
     type(mechanics_t), intent(in) :: self
     type(group_t), intent(inout) :: group
+    character(len=*), intent(in) :: key
     integer, intent(in) :: facet(:)
 
     integer(gp) :: n_facet
@@ -766,7 +1108,7 @@ contains
     n_facet = size(facet, kind=gp)
     call self%comm%sum(n_facet)
     if (n_facet > 0_gp) return
-    call group%refuse('slave', 'holds no facet of the bodies'' outer surface: name a &body, or '// &
+    call group%refuse(key, 'holds no facet of the bodies'' outer surface: name a &body, or '// &
                       'a physical group of its surface')
 
   end subroutine need_surface
