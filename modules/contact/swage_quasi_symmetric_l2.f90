@@ -15,7 +15,7 @@
 module swage_quasi_symmetric_l2
   use swage_averaged_gap, only: averaged_gap_t
   use swage_contact_formulation, only: contact_choice_t, contact_formulation_t
-  use swage_contact_overlap, only: contact_overlap_t, find_overlap, overlap_point_t
+  use swage_contact_overlap, only: contact_overlap_t, find_overlap
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
   use swage_kinds, only: wp
@@ -106,8 +106,9 @@ contains
       call rows%begin_row(node, node, normalised(normal), gap / area, area)
       do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
         associate (f => pair%slave%around(i), a => pair%slave%around_corner(i))
-          do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
-            call add_point(pair, self%overlap%point(q), a, self%averaged, rows)
+          q = self%overlap%first(f)
+          do while (q < self%overlap%first(f + 1))
+            call add_points_of_pair(pair, self%overlap, a, self%averaged, q, rows)
           end do
         end associate
       end do
@@ -155,40 +156,56 @@ contains
 
   end subroutine average_gap
 
-  !> Add what a point gives to the condition of a corner of its slave facet.
-  subroutine add_point(pair, point, corner, without_slope, rows)
+  !> Add what the points of a slave facet with one master facet give to the condition of a corner.
+  subroutine add_points_of_pair(pair, overlap, corner, without_slope, q, rows)
     type(contact_pair_t), intent(in) :: pair
-    type(overlap_point_t), intent(in) :: point
+    type(contact_overlap_t), intent(in) :: overlap
     integer, intent(in) :: corner
     logical, intent(in) :: without_slope
+    !> The first of these points; on return the one after them.
+    integer, intent(inout) :: q
     type(contact_rows_t), intent(inout) :: rows
 
-    integer :: a, n
-    real(wp) :: climb(3), gradient(3, 3), share, slope(3), whole
+    integer :: a, f, m, n
+    !> Of the slave's corners, then the master's; `sway` is what turning normals add to the slope.
+    real(wp) :: climb(3), force(3, 6), gradient(3, 3), share(6), slope(3, 6), sway(3), whole
 
     n = pair%slave%n_dim
-    whole = point%area * point%slave_weight(corner)
-    associate (normal => point%normal, master_normal => pair%master%normal(:, point%master_facet))
-      climb = master_normal / dot_product(normal, master_normal)
-      if (.not. pair%smoothing) gradient = pair%slave%gradients(point%slave_facet)
-      do a = 1, n
-        share = whole * point%slave_weight(a)
-        slope = share * climb
-        if (.not. pair%smoothing) then
-          slope = slope + whole * point%penetration * dot_product(climb, gradient(:, a)) * normal
-        end if
-        if (without_slope) slope = 0.0_wp
-        call rows%add(pair%slave%facet(a, point%slave_facet), -share * normal, slope, share)
-      end do
-      do a = 1, n
-        share = whole * point%master_weight(a)
-        slope = -share * climb
-        if (without_slope) slope = 0.0_wp
-        call rows%add(pair%master%facet(a, point%master_facet), share * normal, slope, -share)
-      end do
-    end associate
+    f = overlap%point(q)%slave_facet
+    m = overlap%point(q)%master_facet
+    force = 0.0_wp
+    slope = 0.0_wp
+    share = 0.0_wp
+    gradient = 0.0_wp
+    if (.not. pair%smoothing) gradient = pair%slave%gradients(f)
+    do while (q < overlap%first(f + 1))
+      if (overlap%point(q)%master_facet /= m) exit
+      associate (point => overlap%point(q))
+        whole = point%area * point%slave_weight(corner)
+        climb = pair%master%normal(:, m) / dot_product(point%normal, pair%master%normal(:, m))
+        sway = whole * point%penetration * point%normal
+        do a = 1, n
+          associate (on_slave => whole * point%slave_weight(a), &
+                     on_master => whole * point%master_weight(a))
+            share(a) = share(a) + on_slave
+            share(3 + a) = share(3 + a) - on_master
+            force(:, a) = force(:, a) - on_slave * point%normal
+            force(:, 3 + a) = force(:, 3 + a) + on_master * point%normal
+            slope(:, a) = slope(:, a) + on_slave * climb &
+              + dot_product(climb, gradient(:, a)) * sway
+            slope(:, 3 + a) = slope(:, 3 + a) - on_master * climb
+          end associate
+        end do
+      end associate
+      q = q + 1
+    end do
+    if (without_slope) slope = 0.0_wp
+    do a = 1, n
+      call rows%add(pair%slave%facet(a, f), force(:, a), slope(:, a), share(a))
+      call rows%add(pair%master%facet(a, m), force(:, 3 + a), slope(:, 3 + a), share(3 + a))
+    end do
 
-  end subroutine add_point
+  end subroutine add_points_of_pair
 
   !> See [[contact_formulation_t:stiffness]]: for fixed points on the slave.
   subroutine quasi_symmetric_l2_stiffness(self, pair, rows, lambda, blocks)
