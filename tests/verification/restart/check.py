@@ -43,8 +43,8 @@ CASE = """
 KILLS = 10
 # Files by a part of their names, and after how many of their writes a run is killed; and the kills
 # while one result is written, of RESULTS.
-WRITES = {'.vtkhdf': 20, '.restart': 3, '.csv': 1, '.sta': 1}
-RESULTS, CLOSE = 11, 12
+WRITES = {'.vtkhdf': 16, '.restart': 2, '.csv': 1, '.sta': 1}
+RESULTS, CLOSE = 11, 8
 TOLERANCE = 1e-8
 
 
