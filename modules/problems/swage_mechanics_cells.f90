@@ -210,13 +210,16 @@ contains
       self%recommended_step = min(self%recommended_step, points%suggested_time_step)
 
       call self%matrix%add_cells(cells, element%tangent)
-      if (allocated(self%unknowns%cell_pressure)) then
-        call scatter_split(element%n_vertex, cells, self%unknowns%cell_node, &
-                           self%unknowns%cell_pressure, element%residual, self%residual)
-      else
-        call scatter_forces(element%n_dim, self%mesh%n_node, self%mesh%n_cell, size(cells), &
-                            cells, self%mesh%cell_node, element%residual, self%residual)
-      end if
+      associate (unknowns => self%unknowns, n_cell => self%mesh%n_cell)
+        if (allocated(unknowns%cell_pressure)) then
+          call scatter_split(element%n_dim, unknowns%n_node, n_cell, size(cells), cells, &
+                             unknowns%cell_node, unknowns%cell_pressure, element%residual, &
+                             self%residual)
+        else
+          call scatter_forces(element%n_dim, unknowns%n_node, n_cell, size(cells), cells, &
+                              self%mesh%cell_node, element%residual, self%residual)
+        end if
+      end associate
       call keep_results(self, law, cells)
       call measure_batch(element, points, size_of_step)
     end associate
@@ -278,25 +281,25 @@ contains
   end subroutine scatter_forces
 
   !> The same where forces and volume equations may belong to different unknown nodes.
-  pure subroutine scatter_split(n_vertex, cells, cell_node, cell_pressure, cell_residual, residual)
-    integer, intent(in) :: n_vertex
-    integer, intent(in) :: cells(:)
-    integer, intent(in) :: cell_node(:, :), cell_pressure(:, :)
+  pure subroutine scatter_split(n_dim, n_node, n_cell, n, cells, cell_node, cell_pressure, &
+                                cell_residual, residual)
+    integer, intent(in) :: n_dim, n_node, n_cell
+    integer, intent(in) :: n
+    integer, intent(in) :: cells(n)
+    integer, intent(in) :: cell_node(n_dim + 1, n_cell), cell_pressure(n_dim + 1, n_cell)
     real(wp), intent(in) :: cell_residual(LANES, 4, 4)
-    !> Shape (n_vertex, n_node of the unknowns): a simplex has as many vertices as a node slots.
-    real(wp), intent(inout) :: residual(:, :)
+    real(wp), intent(inout) :: residual(n_dim + 1, n_node)
 
-    integer :: a, c, i
+    integer :: a, i, node
 
-    do i = 1, size(cells)
-      do a = 1, n_vertex
-        associate (force => residual(:n_vertex - 1, cell_node(a, cells(i))), &
-                   volume => residual(n_vertex, cell_pressure(a, cells(i))))
-          do c = 1, n_vertex - 1
-            force(c) = force(c) + cell_residual(i, c, a)
-          end do
-          volume = volume + cell_residual(i, n_vertex, a)
-        end associate
+    do i = 1, n
+      do a = 1, n_dim + 1
+        node = cell_node(a, cells(i))
+        residual(1, node) = residual(1, node) + cell_residual(i, 1, a)
+        residual(2, node) = residual(2, node) + cell_residual(i, 2, a)
+        if (n_dim == 3) residual(3, node) = residual(3, node) + cell_residual(i, 3, a)
+        node = cell_pressure(a, cells(i))
+        residual(n_dim + 1, node) = residual(n_dim + 1, node) + cell_residual(i, n_dim + 1, a)
       end do
     end do
 

@@ -192,6 +192,15 @@ def interfaces(context):
                                 0.01 * 4 / (0.5 / MODULI['soft'] + 0.5 / MODULI['stiff']))
         else:
             yield context.zero(f'parted layers drawn apart, {ranks} ranks: force', force, 1e-12)
+    pulled = '\n'.join(motion(*entry) for entry in (
+        ('XMIN', 'x', 0), ('YMIN', 'y', 0), ('ZMIN', 'z', 0), ('YMAX', 'y', 0.01)))
+    for mesh in ('boxes', 'free_solid'):
+        done = context.run_swage(CASE.format(
+            dimension='3d', mesh=mesh, solver='mumps_lagged',
+            bodies=incompressible('soft') + '\n' + incompressible('stiff'),
+            boundaries=pulled + bond.format('contact')), name=f'contact_{mesh}')
+        yield context.zero(f'3d, {mesh}: parted layers drawn apart: force',
+                           done.history['reaction_YMAX_y'][-1], 1e-12)
 
 
 def sheets(context, name, n=5, m=3):
