@@ -1,4 +1,4 @@
-!> Quasi-static deformation of bodies on one mesh, in contact with rigid tools.
+!> Quasi-static deformation of bodies on one mesh, in contact with rigid tools and with each other.
 !>
 !> The unknowns of a step are the displacement increments and the pressures at its end; the
 !> residual is internal minus external force, then the volume equation. What belongs to the end of

@@ -744,7 +744,7 @@ contains
     type(deck_t), intent(in) :: deck
     !> Contacts with tools.
     integer, intent(in) :: of_tools(:)
-    !> Of [[nodal_stiffness]].
+    !> Stiffness and cell size around the nodes; see `nodal_stiffness`.
     real(wp), intent(in) :: nodal(:, :)
     type(status_t), intent(inout) :: status
 
@@ -862,7 +862,7 @@ contains
     class(friction_law_t), intent(in) :: law
     !> Facets of the shared surface.
     integer, intent(in) :: slave(:), master(:)
-    !> Of [[nodal_stiffness]].
+    !> Stiffness and cell size around the nodes; see `nodal_stiffness`.
     real(wp), intent(in) :: nodal(:, :)
     type(body_pair_t), intent(inout) :: pair
     type(status_t), intent(inout) :: status
