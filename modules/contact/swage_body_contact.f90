@@ -74,9 +74,6 @@ module swage_body_contact
   !> One pair of surfaces: the conditions of the slave nodes that this rank owns. What one condition
   !> has is found under its place; those of one node need not follow each other.
   type, extends(contact_state_t) :: body_contact_t
-    !> Places of the surfaces in the caller's list.
-    integer :: slave_surface = 0
-    integer :: master_surface = 0
     !> Surface node of each condition, and node of the mesh; shape (n_condition).
     integer, allocatable :: slave(:), node(:)
     !> Place of the condition with a key ([[contact_rows_t]]), 0 where it is not this rank's; shape
@@ -124,11 +121,10 @@ module swage_body_contact
 contains
 
   !> A contact that has not touched yet.
-  subroutine body_contact_create(name, slave_surface, master_surface, friction, separation, owner, &
-                                 is_own, mesh_node, size_of_cell, penalty, tangential_stiffness, &
-                                 enforcement, inertia, contact)
+  subroutine body_contact_create(name, friction, separation, owner, is_own, mesh_node, &
+                                 size_of_cell, penalty, tangential_stiffness, enforcement, &
+                                 inertia, contact)
     character(len=*), intent(in) :: name
-    integer, intent(in) :: slave_surface, master_surface
     class(friction_law_t), intent(in) :: friction
     logical, intent(in) :: separation
     !> Slave node of the condition of each key, 0 where no condition has it; the same on all ranks;
@@ -159,8 +155,6 @@ contains
                               size_of_cell(contact%slave), penalty(contact%slave), &
                               tangential_stiffness(contact%slave), enforcement, inertia, &
                               contact%contact_state_t)
-    contact%slave_surface = slave_surface
-    contact%master_surface = master_surface
     allocate (contact%place(size(owner)), source=0)
     do i = 1, n
       contact%place(key(i)) = i

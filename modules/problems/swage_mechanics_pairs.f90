@@ -133,7 +133,7 @@ contains
 
   module procedure constrain_coupling
 
-    integer :: n_direction(self%unknowns%n_node)
+    integer, allocatable :: n_direction(:)
     real(wp), allocatable :: axes(:, :, :)
     integer :: i, j, n
 
@@ -142,7 +142,7 @@ contains
     do j = 1, n
       axes(j, j, :) = 1.0_wp
     end do
-    n_direction = 0
+    allocate (n_direction(self%unknowns%n_node), source=0)
     do i = 1, self%constraints%n_constrained
       associate (node => self%constraints%node(i))
         n_direction(node) = self%constraints%n_direction(i)

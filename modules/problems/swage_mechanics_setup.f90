@@ -10,6 +10,7 @@ submodule(swage_mechanics) swage_mechanics_setup
     contact_formulation_names
   use swage_contact_pair, only: contact_pair_create
   use swage_coupling_matrix, only: coupling_matrix_create
+  use swage_facet_quadrature, only: has_facet_quadrature
   use swage_friction, only: friction_law_t
   use swage_friction_registry, only: friction_from_group
   use swage_group, only: group_t
@@ -597,7 +598,7 @@ contains
     call group%take('formulation', keys%formulation, 'How bodies press on each other: '// &
                     'pressures of the slave that act on the master by a projection, '// &
                     'conditions at points of the slave alone, or of both.', choices=names)
-    call group%take('variant', variant, 'Points of the conditions of ''master_slave'': nodes, '// &
+    call group%take('variant', variant, 'Where conditions are that nothing projects: nodes, '// &
                     'the middle of each facet, or quadrature points.', &
                     choices=[character(len=9) :: 'nodal', 'one_point', 'full'])
     call group%take('projection', projection, 'How ''quasi_symmetric'' brings the pressure of '// &
@@ -618,12 +619,48 @@ contains
     call group%take('adjust', keys%adjust, 'length', 'Gaps up to this size, and overlaps of '// &
                     'any size, count as none at the start.', lower=0.0_wp)
     keys%adjusts = group%given('adjust')
+    call check_formulation(group, keys%formulation, variant, projection, quadrature)
     keys%choice%variant = variant
     keys%choice%projection = projection
     keys%choice%gap = gap
     keys%choice%quadrature = quadrature
 
   end subroutine take_formulation
+
+  !> Keys of one formulation mean nothing to another.
+  subroutine check_formulation(group, formulation, variant, projection, quadrature)
+    type(group_t), intent(inout) :: group
+    character(len=*), intent(in) :: formulation, variant, projection, quadrature
+
+    logical :: has_points, integrates, is_projected
+
+    if (group%explaining) return
+    is_projected = formulation == 'quasi_symmetric'
+    ! The other projections take distances at nodes, from both sides
+    integrates = is_projected .and. (projection == 'l2' .or. projection == 'lumped')
+    if (integrates) then
+      has_points = quadrature == 'slave'
+    else
+      has_points = .not. is_projected .and. variant == 'full'
+    end if
+    if (is_projected) call refuse_idle('variant')
+    if (.not. is_projected) call refuse_idle('projection')
+    if (.not. integrates) call refuse_idle('gap')
+    if (.not. integrates) call refuse_idle('quadrature')
+    if (.not. has_points) call refuse_idle('quadrature_points')
+
+  contains
+
+    subroutine refuse_idle(key)
+      character(len=*), intent(in) :: key
+
+      if (group%given(key)) then
+        call group%refuse(key, 'has no effect with the formulation that the other keys choose')
+      end if
+
+    end subroutine refuse_idle
+
+  end subroutine check_formulation
 
   !> Keys that mean nothing where the master is a tool.
   subroutine refuse_formulation(group)
@@ -889,12 +926,15 @@ contains
       call contact_formulation_create(keys%formulation, keys%choice, pair%formulation)
       if (.not. allocated(pair%formulation)) then
         call group%refuse('projection', 'does not go with formulation '//keys%formulation)
+      else if (.not. has_facet_quadrature(self%mesh%dimension, keys%choice%n_point)) then
+        call group%refuse('quadrature_points', 'there is no rule with so many points: on a '// &
+                          'line 1 to 10, on a triangle 1, 3, 6, 7 or 12')
       end if
       call group%finish(status)
       if (status%failed()) return
       call pair%formulation%list_owners(pair%surfaces, owner)
       penalty = keys%penalty * pair_stiffness(surface%facet_node(:, master), all_nodal(1, :))
-      call body_contact_create(group%name, 1, 2, law, keys%separation, owner, surface%is_own, &
+      call body_contact_create(group%name, law, keys%separation, owner, surface%is_own, &
                                surface%mesh_node, all_nodal(2, :), penalty, &
                                keys%tangential * penalty, keys%enforcement, keys%inertia, &
                                pair%contact)
