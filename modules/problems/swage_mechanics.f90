@@ -335,6 +335,28 @@ module swage_mechanics
       type(status_t), intent(inout) :: status
     end subroutine mechanics_create
 
+    !> Collective. Read the contacts, with tools and between bodies.
+    module subroutine read_contacts(self, deck, status)
+      implicit none(type, external)
+      type(mechanics_t), intent(inout) :: self
+      type(deck_t), intent(in) :: deck
+      !> `STATUS_ERROR`.
+      type(status_t), intent(inout) :: status
+    end subroutine read_contacts
+
+    !> Place of a group that must exist and hold something; a fault goes to the input group.
+    module function checked_group(self, group, key, name, n_dim) result(place)
+      use swage_group, only: group_t
+      implicit none(type, external)
+      type(mechanics_t), intent(in) :: self
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: key
+      character(len=*), intent(in) :: name
+      !> Dimension of the entities that are meant; any when negative.
+      integer, intent(in) :: n_dim
+      integer :: place
+    end function checked_group
+
     !> Record the keys of `&body`, `&interface`, `&boundary` or `&contact` in a group made for
     !> explaining.
     module subroutine mechanics_explain(kind, group)

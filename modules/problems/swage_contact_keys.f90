@@ -1,0 +1,194 @@
+!> The group `&contact`: what two surfaces that meet do to each other.
+module swage_contact_keys
+  use swage_contact_formulation, only: CHOICE_LENGTH, contact_choice_t
+  use swage_contact_formulation_registry, only: contact_formulation_names
+  use swage_group, only: group_t
+  use swage_kinds, only: wp
+  use swage_tool_contact, only: AUGMENTED_LAGRANGIAN, enforcement_t, ENFORCEMENT_NAMES, PENALTY
+  implicit none(type, external)
+  private
+
+  public :: contact_keys_t, take_contact, refuse_formulation
+
+  !> What a group `&contact` says; the names in it are still to be looked up.
+  type :: contact_keys_t
+    character(len=64), allocatable :: slave(:)
+    character(len=:), allocatable :: master
+    character(len=:), allocatable :: friction
+    !> Stiffness by that of a cell, and that of bonds by the former [1].
+    real(wp) :: penalty = 10.0_wp
+    real(wp) :: tangential = 1.0_wp
+    !> Resistance of a rubbing node to a change of slip, by the flow stress on the cell size [1].
+    real(wp) :: inertia = 5.0_wp
+    type(enforcement_t) :: enforcement
+    logical :: separation = .true.
+    !> Between bodies.
+    character(len=:), allocatable :: formulation
+    type(contact_choice_t) :: choice
+    logical :: smoothing = .true.
+    !> [degrees]
+    real(wp) :: feature_angle = 40.0_wp
+    !> Whether distances at the start are adjusted, and up to which gap [length].
+    logical :: adjusts = .false.
+    real(wp) :: adjust = 0.0_wp
+  end type contact_keys_t
+
+contains
+
+  !> The only place where the keys of `&contact` are named.
+  subroutine take_contact(group, keys)
+    type(group_t), intent(inout) :: group
+    type(contact_keys_t), intent(out) :: keys
+
+    character(len=:), allocatable :: kind
+
+    allocate (keys%slave(0))
+    keys%master = ''
+    keys%friction = 'none'
+    allocate (kind, source=trim(ENFORCEMENT_NAMES(PENALTY)))
+    call group%take_list('slave', keys%slave, 'Name of a &body, whose whole surface except '// &
+                         'symmetry planes may touch, or physical groups of its surface.', &
+                         required=.true.)
+    call group%take('master', keys%master, 'Name of the &tool, of another &body, or of a '// &
+                    'physical group of its surface.', required=.true.)
+    call group%take('friction', keys%friction, 'Name of the &friction; ''none'': frictionless.')
+    call group%take('enforcement', kind, 'Pressure by penetration, or multipliers that bring '// &
+                    'the penetration to nothing.', choices=ENFORCEMENT_NAMES)
+    call group%take('penalty_factor', keys%penalty, '1', 'Contact pressure by penetration, as '// &
+                    'a multiple of the stiffness of a cell.', above=0.0_wp)
+    call group%take('tangential_factor', keys%tangential, '1', 'Friction stress by slip of a '// &
+                    'law that bonds, as a multiple of that of the pressure.', above=0.0_wp)
+    associate (rule => keys%enforcement)
+      call group%take('penetration_tolerance', rule%penetration_tolerance, '1', 'Penetration, '// &
+                      'by the cell size, below which multipliers are left alone.', above=0.0_wp)
+      call group%take('multiplier_tolerance', rule%multiplier_tolerance, '1', 'Change of '// &
+                      'multipliers, by the largest pressure, below which they are left alone.', &
+                      above=0.0_wp)
+      call group%take('maximum_augmentations', rule%maximum_augmentations, 'Changes of '// &
+                      'multipliers in an increment after which it is taken as it is.', lower=1)
+    end associate
+    call group%take('sliding_inertia', keys%inertia, '1', 'Resistance of nodes that rub on the '// &
+                    'tool to a slip that deviates by more than 5 % of a cell from that of the '// &
+                    'last increments, as a multiple of the flow stress by the cell size: keeps '// &
+                    'nodes at an edge from snapping.', lower=0.0_wp)
+    call group%take('separation', keys%separation, 'False: nodes that touch stay on the tool, '// &
+                    'and the contact carries tension.')
+    call take_formulation(group, keys)
+    keys%enforcement%kind = findloc(ENFORCEMENT_NAMES == kind, .true., dim=1)
+    if (group%explaining .or. keys%enforcement%kind == AUGMENTED_LAGRANGIAN) return
+    call refuse_idle('penetration_tolerance')
+    call refuse_idle('multiplier_tolerance')
+    call refuse_idle('maximum_augmentations')
+
+  contains
+
+    subroutine refuse_idle(key)
+      character(len=*), intent(in) :: key
+
+      if (group%given(key)) then
+        call group%refuse(key, 'has no effect with enforcement = '''//kind//'''')
+      end if
+
+    end subroutine refuse_idle
+
+  end subroutine take_contact
+
+  !> Keys of a contact between bodies, which one with a tool must not have.
+  subroutine take_formulation(group, keys)
+    type(group_t), intent(inout) :: group
+    type(contact_keys_t), intent(inout) :: keys
+
+    character(len=CHOICE_LENGTH), allocatable :: names(:)
+    character(len=:), allocatable :: gap, projection, quadrature, variant
+
+    allocate (names, source=contact_formulation_names())
+    keys%formulation = 'quasi_symmetric'
+    variant = trim(keys%choice%variant)
+    projection = trim(keys%choice%projection)
+    gap = trim(keys%choice%gap)
+    quadrature = trim(keys%choice%quadrature)
+    call group%take('formulation', keys%formulation, 'How bodies press on each other: '// &
+                    'pressures of the slave that act on the master by a projection, '// &
+                    'conditions at points of the slave alone, or of both.', choices=names)
+    call group%take('variant', variant, 'Where conditions are that nothing projects: nodes, '// &
+                    'the middle of each facet, or quadrature points.', &
+                    choices=[character(len=9) :: 'nodal', 'one_point', 'full'])
+    call group%take('projection', projection, 'How ''quasi_symmetric'' brings the pressure of '// &
+                    'the slave to the master.', &
+                    choices=[character(len=13) :: 'l2', 'lumped', 'interpolation', 'nodal'])
+    call group%take('gap', gap, 'Distances of ''quasi_symmetric'': distributed as the forces '// &
+                    'are, or the mean of those from both sides.', &
+                    choices=[character(len=8) :: 'dual', 'averaged'])
+    call group%take('quadrature', quadrature, 'Integrals on the pieces that facets of both '// &
+                    'sides have in common, or on whole facets of the slave.', &
+                    choices=[character(len=7) :: 'clipped', 'slave'])
+    call group%take('quadrature_points', keys%choice%n_point, 'Points on a facet of the slave '// &
+                    'where integrals are not clipped.', lower=1)
+    call group%take('smoothing', keys%smoothing, 'Normals interpolated between nodes, instead '// &
+                    'of those of flat facets.')
+    call group%take('feature_angle', keys%feature_angle, 'angle', 'Angle between normals of '// &
+                    'facets from which on an edge is sharp.', above=0.0_wp, below=180.0_wp)
+    call group%take('adjust', keys%adjust, 'length', 'Gaps up to this size, and overlaps of '// &
+                    'any size, count as none at the start.', lower=0.0_wp)
+    keys%adjusts = group%given('adjust')
+    call check_formulation(group, keys%formulation, variant, projection, quadrature)
+    keys%choice%variant = variant
+    keys%choice%projection = projection
+    keys%choice%gap = gap
+    keys%choice%quadrature = quadrature
+
+  end subroutine take_formulation
+
+  !> Keys of one formulation mean nothing to another.
+  subroutine check_formulation(group, formulation, variant, projection, quadrature)
+    type(group_t), intent(inout) :: group
+    character(len=*), intent(in) :: formulation, variant, projection, quadrature
+
+    logical :: has_points, integrates, is_projected
+
+    if (group%explaining) return
+    is_projected = formulation == 'quasi_symmetric'
+    ! The other projections take distances at nodes, from both sides
+    integrates = is_projected .and. (projection == 'l2' .or. projection == 'lumped')
+    if (integrates) then
+      has_points = quadrature == 'slave'
+    else
+      has_points = .not. is_projected .and. variant == 'full'
+    end if
+    if (is_projected) call refuse_idle('variant')
+    if (.not. is_projected) call refuse_idle('projection')
+    if (.not. integrates) call refuse_idle('gap')
+    if (.not. integrates) call refuse_idle('quadrature')
+    if (.not. has_points) call refuse_idle('quadrature_points')
+
+  contains
+
+    subroutine refuse_idle(key)
+      character(len=*), intent(in) :: key
+
+      if (group%given(key)) then
+        call group%refuse(key, 'has no effect with the formulation that the other keys choose')
+      end if
+
+    end subroutine refuse_idle
+
+  end subroutine check_formulation
+
+  !> Keys that mean nothing where the master is a tool.
+  subroutine refuse_formulation(group)
+    type(group_t), intent(inout) :: group
+
+    character(len=17), parameter :: KEYS(9) = [character(len=17) :: 'formulation', 'variant', &
+      'projection', 'gap', 'quadrature', 'quadrature_points', 'smoothing', 'feature_angle', &
+      'adjust']
+    integer :: i
+
+    do i = 1, size(KEYS)
+      if (group%given(trim(KEYS(i)))) then
+        call group%refuse(trim(KEYS(i)), 'has no effect: the master is a tool')
+      end if
+    end do
+
+  end subroutine refuse_formulation
+
+end module swage_contact_keys
