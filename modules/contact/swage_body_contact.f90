@@ -24,7 +24,7 @@ module swage_body_contact
   implicit none(type, external)
   private
 
-  public :: body_contact_t, body_contact_create
+  public :: body_contact_t, body_contact_create, start_fit_t
 
   !> Cosine of the turn of a normal in a step below which bonds do not follow it.
   real(wp), parameter :: LARGEST_TURN = -0.5_wp
@@ -32,6 +32,17 @@ module swage_body_contact
   real(wp), parameter :: FIXED(3, 3) = 0.0_wp
   !> Turn of the master's nodes about the normal is known when so much of their spread remains [1].
   real(wp), parameter :: SMALLEST_SPREAD = 0.1_wp
+
+  !> How bodies fit at the start, beside how they are drawn.
+  type :: start_fit_t
+    !> Gaps and overlaps up to this size count as none [length].
+    real(wp) :: tolerance = 0.0_wp
+    !> Overlap on top of what is drawn [length].
+    real(wp) :: interference = 0.0_wp
+    !> Time from the start over which this overlap, and that drawn beyond the tolerance, comes about
+    !> evenly; 0: in the first step [time].
+    real(wp) :: duration = 0.0_wp
+  end type start_fit_t
 
   !> How the master of a condition turns about the normal.
   type :: spin_t
@@ -82,11 +93,12 @@ module swage_body_contact
     !> Place of the first of the first conditions of all nodes, of the second ones, and so on, and
     !> one past the last; shape (most of a node on any rank + 1).
     integer, allocatable :: first(:)
-    !> Distance that counts as none, as of bodies that are drawn apart or into each other [length];
-    !> shape (n_condition).
-    real(wp), allocatable :: shift(:)
-    !> Share of it at the start and at the end of the step, for the caller to set [1].
-    real(wp) :: shift_share(2) = 1.0_wp
+    !> Distance that counts as none, as of bodies that are drawn apart or into each other, and
+    !> overlap that comes about at the start of the run [length]; shape (n_condition).
+    real(wp), allocatable :: shift(:), pending(:)
+    type(start_fit_t) :: fit
+    !> Share of the overlap that has not come about at the start and at the end of the step [1].
+    real(wp) :: pending_share(2) = 0.0_wp
     !> How the master has turned in the step; shape (3, 3, n_condition).
     real(wp), allocatable :: turn(:, :, :)
     !> Forces on the surface nodes at the start of the step, of this rank's conditions [force];
@@ -98,8 +110,10 @@ module swage_body_contact
     integer, allocatable :: condition(:)
     real(wp), allocatable :: row_pressure(:), row_secant(:, :, :)
   contains
-    !> Take penetrations at the start for distances that count as none.
+    !> Take the distances at the start of the run for what the fit says of them.
     procedure :: adjust => body_contact_adjust
+    !> Take the times of a step, before `begin_step`.
+    procedure :: set_times => body_contact_set_times
     !> Take the conditions at the start of the step, and the flow stresses.
     procedure :: begin_step => body_contact_begin_step
     !> Forces, and tangent blocks, at given positions.
@@ -159,8 +173,8 @@ contains
     do i = 1, n
       contact%place(key(i)) = i
     end do
-    allocate (contact%shift(n), contact%turn(3, 3, n), contact%nodal_load(3, size(mesh_node)), &
-              source=0.0_wp)
+    allocate (contact%shift(n), contact%pending(n), contact%turn(3, 3, n), &
+              contact%nodal_load(3, size(mesh_node)), source=0.0_wp)
     allocate (contact%condition(0), contact%row_pressure(0), contact%row_secant(3, 3, 0))
 
   end subroutine body_contact_create
@@ -207,24 +221,53 @@ contains
 
   end subroutine order_conditions
 
-  !> Overlaps of any size, and gaps up to a tolerance.
-  pure subroutine body_contact_adjust(self, rows, tolerance)
+  !> A condition that finds nothing opposite at the start has the overlap of the fit alone.
+  pure subroutine body_contact_adjust(self, rows, fit)
     class(body_contact_t), intent(inout) :: self
     !> Where the bodies are drawn.
     type(contact_rows_t), intent(in) :: rows
-    !> Largest gap [length].
-    real(wp), intent(in) :: tolerance
+    type(start_fit_t), intent(in) :: fit
 
     integer :: i, row
 
+    self%fit = fit
+    self%shift = -fit%interference
+    self%pending = fit%interference
     call find_conditions(self, rows)
     do row = 1, rows%n_row
       i = self%condition(row)
       if (i == 0) cycle
-      if (rows%gap(row) > -tolerance) self%shift(i) = rows%gap(row)
+      if (abs(rows%gap(row)) <= fit%tolerance) then
+        self%shift(i) = self%shift(i) + rows%gap(row)
+      else if (rows%gap(row) > 0.0_wp) then
+        self%pending(i) = self%pending(i) + rows%gap(row)
+      end if
     end do
 
   end subroutine body_contact_adjust
+
+  pure subroutine body_contact_set_times(self, time, time_new)
+    class(body_contact_t), intent(inout) :: self
+    !> Start and end of the step, from the start of the run [time].
+    real(wp), intent(in) :: time, time_new
+
+    self%pending_share = [share_at(time), share_at(time_new)]
+
+  contains
+
+    pure function share_at(now) result(share)
+      real(wp), intent(in) :: now
+      real(wp) :: share
+
+      if (self%fit%duration > 0.0_wp) then
+        share = max(1.0_wp - now / self%fit%duration, 0.0_wp)
+      else
+        share = merge(0.0_wp, 1.0_wp, now > 0.0_wp)
+      end if
+
+    end function share_at
+
+  end subroutine body_contact_set_times
 
   !> Which condition of this rank each row is.
   pure subroutine find_conditions(self, rows)
@@ -264,7 +307,7 @@ contains
     do row = 1, rows%n_row
       i = self%condition(row)
       if (i == 0) cycle
-      call self%meet(i, rows%gap(row) - self%shift_share(1) * self%shift(i), rows%normal(:, row))
+      call self%meet(i, fitted_gap(self, i, rows%gap(row), 1), rows%normal(:, row))
       shear = self%shear_old(:, i) + self%inertia%force_old(:, i)
       do entry = rows%first(row), rows%first(row + 1) - 1
         associate (load => self%nodal_load(:, rows%node(entry)))
@@ -394,7 +437,7 @@ contains
     if (self%friction%has_history) then
       call add_spin(rows, row, x_start, x_moved, self%turn(:, :, i), response%spin)
     end if
-    call self%decide(i, rows%gap(row) - self%shift_share(2) * self%shift(i))
+    call self%decide(i, fitted_gap(self, i, rows%gap(row), 2))
     if (.not. self%active(i)) return
 
     penalty = self%growth * self%penalty(i)
@@ -433,6 +476,21 @@ contains
     self%row_secant(:, :, row) = matmul(point%d_slip + point%secant * IDENTITY, flat)
 
   end subroutine press
+
+  !> Penetration that counts.
+  pure function fitted_gap(contact, i, gap, step_end) result(fitted)
+    type(body_contact_t), intent(in) :: contact
+    !> Place of the condition.
+    integer, intent(in) :: i
+    !> [length]
+    real(wp), intent(in) :: gap
+    !> 1 at the start of the step, 2 at its end.
+    integer, intent(in) :: step_end
+    real(wp) :: fitted
+
+    fitted = gap - contact%shift(i) - contact%pending_share(step_end) * contact%pending(i)
+
+  end function fitted_gap
 
   !> The shortest rotation from one unit vector to another.
   pure subroutine find_tilt(from, to, tilt)
@@ -794,6 +852,8 @@ contains
       call self%save_conditions(title, first, self%node(first:last), snapshot)
       call snapshot%put(title//'shift', self%shift(first:last), OF_SOME_NODES, &
                         self%node(first:last))
+      call snapshot%put(title//'pending overlap', self%pending(first:last), OF_SOME_NODES, &
+                        self%node(first:last))
       call self%inertia%save(title, first, self%node(first:last), snapshot)
     end do
 
@@ -815,6 +875,8 @@ contains
       last = self%first(k + 1) - 1
       call self%load_conditions(title, first, self%node(first:last), snapshot, status)
       call snapshot%get(title//'shift', self%shift(first:last), status, OF_SOME_NODES, &
+                        self%node(first:last))
+      call snapshot%get(title//'pending overlap', self%pending(first:last), status, OF_SOME_NODES, &
                         self%node(first:last))
       call self%inertia%load(title, first, self%node(first:last), snapshot, status)
     end do

@@ -1,5 +1,6 @@
 !> The group `&contact`: what two surfaces that meet do to each other.
 module swage_contact_keys
+  use swage_body_contact, only: start_fit_t
   use swage_contact_formulation, only: CHOICE_LENGTH, contact_choice_t
   use swage_contact_formulation_registry, only: contact_formulation_names
   use swage_group, only: group_t
@@ -28,9 +29,7 @@ module swage_contact_keys
     logical :: smoothing = .true.
     !> [degrees]
     real(wp) :: feature_angle = 40.0_wp
-    !> Whether distances at the start are adjusted, and up to which gap [length].
-    logical :: adjusts = .false.
-    real(wp) :: adjust = 0.0_wp
+    type(start_fit_t) :: fit
   end type contact_keys_t
 
 contains
@@ -128,9 +127,13 @@ contains
                     'of those of flat facets.')
     call group%take('feature_angle', keys%feature_angle, 'angle', 'Angle between normals of '// &
                     'facets from which on an edge is sharp.', above=0.0_wp, below=180.0_wp)
-    call group%take('adjust', keys%adjust, 'length', 'Gaps up to this size, and overlaps of '// &
-                    'any size, count as none at the start.', lower=0.0_wp)
-    keys%adjusts = group%given('adjust')
+    call group%take('adjust', keys%fit%tolerance, 'length', 'Gaps and overlaps of the drawing '// &
+                    'up to this size count as none.', lower=0.0_wp)
+    call group%take('interference', keys%fit%interference, 'length', 'Overlap that bodies have '// &
+                    'on top of what is drawn, as of a shrink fit.', lower=0.0_wp)
+    call group%take('interference_duration', keys%fit%duration, 'time', 'Time from the start '// &
+                    'over which that overlap, and one drawn beyond `adjust`, comes about; 0: '// &
+                    'in the first increment.', lower=0.0_wp)
     call check_formulation(group, keys%formulation, variant, projection, quadrature)
     keys%choice%variant = variant
     keys%choice%projection = projection
@@ -178,9 +181,9 @@ contains
   subroutine refuse_formulation(group)
     type(group_t), intent(inout) :: group
 
-    character(len=17), parameter :: KEYS(9) = [character(len=17) :: 'formulation', 'variant', &
+    character(len=21), parameter :: KEYS(11) = [character(len=21) :: 'formulation', 'variant', &
       'projection', 'gap', 'quadrature', 'quadrature_points', 'smoothing', 'feature_angle', &
-      'adjust']
+      'adjust', 'interference', 'interference_duration']
     integer :: i
 
     do i = 1, size(KEYS)

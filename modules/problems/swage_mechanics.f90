@@ -1045,6 +1045,11 @@ contains
     do i = 1, size(self%boundaries)
       event = min(event, self%boundaries(i)%boundary%next_event(time))
     end do
+    do i = 1, size(self%pairs)
+      associate (fit => self%pairs(i)%contact%fit)
+        if (time < fit%duration) event = min(event, fit%duration)
+      end associate
+    end do
 
   end function mechanics_next_event
 

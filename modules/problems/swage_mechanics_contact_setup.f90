@@ -296,7 +296,8 @@ contains
 
   end function pair_stiffness
 
-  !> Collective. Bodies drawn into each other are a mistake in the input, unless they are adjusted.
+  !> Collective. Bodies drawn into each other are a mistake in the input, unless the keys take the
+  !> overlap away, or in some time.
   subroutine check_start(self, group, keys, pair, status)
     type(mechanics_t), intent(inout) :: self
     type(group_t), intent(in) :: group
@@ -310,11 +311,12 @@ contains
     call self%surface%gather(self%mesh%coordinates, self%surface_start)
     call pair%surfaces%begin_step(self%surface_start)
     call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
-    if (keys%adjusts) then
-      call pair%contact%adjust(pair%rows, keys%adjust)
+    call pair%contact%adjust(pair%rows, keys%fit)
+    if (keys%fit%duration > 0.0_wp) then
+      call need_overlap(self, group, keys, pair, status)
       return
     end if
-    deepest = 0.0_wp
+    deepest = keys%fit%tolerance
     worst = 0
     do row = 1, pair%rows%n_row
       associate (place => pair%contact%place(pair%rows%key(row)), gap => pair%rows%gap(row))
@@ -328,11 +330,36 @@ contains
                         'node '//text(int(self%surface%node_tag(worst)))// &
                         near(self%surface_start(:self%mesh%dimension, worst))//' is '// &
                         text(deepest)//' [length] inside the master, more than a tenth of its '// &
-                        'cells: draw the bodies apart, or give `adjust`')
+                        'cells: draw the bodies apart, or give `adjust` or '// &
+                        '`interference_duration`')
     end if
     call self%comm%agree(status)
 
   end subroutine check_start
+
+  !> Collective. An overlap that comes about in some time must be there.
+  subroutine need_overlap(self, group, keys, pair, status)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(in) :: group
+    type(contact_keys_t), intent(in) :: keys
+    type(body_pair_t), intent(in) :: pair
+    type(status_t), intent(inout) :: status
+
+    !> Overlap by the cell that rounding leaves.
+    real(wp), parameter :: NONE = 1.0e-9_wp
+
+    real(wp) :: deepest
+
+    deepest = 0.0_wp
+    if (pair%rows%n_row > 0) deepest = max(deepest, maxval(pair%rows%gap(:pair%rows%n_row)))
+    call self%comm%max(deepest)
+    if (keys%fit%interference > 0.0_wp) return
+    if (deepest > max(keys%fit%tolerance, NONE * pair%surfaces%reach)) return
+    call status%raise(STATUS_ERROR, 'need_overlap', group%describe('interference_duration')// &
+                      ' has no effect: at the start no overlap is larger than `adjust`, and '// &
+                      'there is no `interference`')
+
+  end subroutine need_overlap
 
   !> Collective. A facet that meets a tool by two contacts would be pushed twice.
   subroutine check_pairs(self, n, tool, facet, group, status)

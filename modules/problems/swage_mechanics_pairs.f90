@@ -20,6 +20,7 @@ contains
       associate (pair => self%pairs(i))
         call pair%surfaces%begin_step(self%surface_start)
         call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+        call pair%contact%set_times(self%time, self%time_new)
         pair%contact%inertia%is_steady = self%carries .and. self%dt_last > 0.0_wp &
           .and. .not. self%changes_course(self%time)
         call pair%contact%begin_step(pair%rows, on_surface(1, :))
