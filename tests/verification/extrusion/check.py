@@ -17,10 +17,21 @@ costs less: the cells find 10 to 14 % less, on 12 and 24 cells by the radius ali
 ripple of the force, nodes that pass the rounded exit, below 2 %). What friction adds at 15 degrees
 must be that of the bound, for the slip on the cone is the same: within 10 %, of which the rounded
 ends of the cone are some. The rod has the radius of the die within 0.2 %, mass is conserved.
+
+Coated: the billet's core and its coat, three times as hard, are one mesh of two materials. Its
+pressure lies between ideal work by the rule of mixtures, 2 ln(R0/Rf) sum f_i Y_i, and Avitzur's
+power of a billet that is hard throughout. Materials that leave bonded keep their shares of the
+section, so the interface in the rod has the radius Rf sqrt(f_core), to 1 %; the volumes keep theirs
+to 1e-3, and the interface stays one line from end to end. Metal that lay in the cone at the start
+has had no coat drawn out over it: there the core expands, and necks in front of that.
 """
 import math
 
 import numpy
+
+# Radius of the core by that of the billet, and yield stresses of both
+CORE = 0.75
+STRESSES = {'core': 100.0, 'coat': 300.0}
 
 RADIUS, FILLET, RELIEF = 15.0, 2.5, math.radians(5)
 REAR, FRONT = 10.0, 8.0
@@ -31,18 +42,26 @@ ROWS = ((1.5, 15, 0.0), (1.5, 15, 0.1), (1.5, 30, 0.1), (2.0, 30, 0.0))
 CASE = """
 &job units = 'mm-tonne-s' dimension = 'axisymmetric' /
 &mesh file = '{mesh}.msh' /
-&body name = 'billet' material = 'metal' group = 'BODY' /
-&material name = 'metal' law = 'j2' young = 200000 poisson = 0.3 flow_stress = 'perfect' /
-&flow_stress name = 'perfect' kind = 'linear' yield_stress = 200 hardening_modulus = 0 /
+{bodies}
 &boundary name = 'rear' kind = 'velocity' group = 'BOTTOM' components = 'y' velocity = 0, 10 /
 &tool name = 'container' shape = 'cylinder' radius = 15 side = 'inside' /
 &tool name = 'die' shape = 'profile' points = {points} fillets = 0, 2.5, 2.5, 0 side = 'left' /
 &friction name = 'constant' kind = 'tresca' tresca_factor = {factor} regularisation_velocity = 0.1 /
 &contact name = 'wall' slave = 'RIGHT' master = 'container' /
 &contact name = 'cone' slave = 'RIGHT' master = 'die' friction = 'constant' /
-&step duration = 0.2 increments = {steps} /
+&step duration = {duration} increments = {steps} /
 &output every = {steps} double_precision = .true. /
 """
+
+
+BODY = """
+&body name = '{name}' material = '{name}' group = '{group}' /
+&material name = '{name}' law = 'j2' young = {young} poisson = 0.3 flow_stress = '{name}' /
+&flow_stress name = '{name}' kind = 'linear' yield_stress = {stress} hardening_modulus = 0 /
+"""
+SINGLE = BODY.format(name='metal', group='BODY', young=200000, stress=YIELD_STRESS)
+DOUBLE = ''.join(BODY.format(name=name, group=name, young=1000 * stress, stress=stress)
+                 for name, stress in STRESSES.items())
 
 
 def run(context):
@@ -65,23 +84,95 @@ def run(context):
         friction = pressures[ROWS[1]] - pressures[ROWS[0]]
         yield context.row(f'{cells} cells, R0/Rf = 1.5, 15 degrees: p/Y of m = 0.1 less that of 0',
                           friction, bound(*ROWS[1]) - bound(*ROWS[0]), 0.1)
+        yield from coated(context, cells)
 
 
-def extrude(context, cells, ratio, angle, factor):
+def coated(context, cells, ratio=1.2, angle=30):
+    """Two materials on one mesh, without friction."""
+    title = f'{cells} cells, coated, R0/Rf = {ratio}, {angle} degrees'
+    pressure, ripple, done = extrude(context, cells, ratio, angle, 0.0, bodies=DOUBLE, stroke=12.0,
+                                     name_cell=lambda x, y: 'core' if x < CORE * RADIUS * width(
+                                         y, ratio, angle) else 'coat')
+    mixed = CORE**2 * STRESSES['core'] + (1 - CORE**2) * STRESSES['coat']
+    pressure *= YIELD_STRESS
+    yield context.above(f'{title}: pressure above the ideal', pressure,
+                        2 * math.log(ratio) * mixed)
+    yield context.below(f'{title}: pressure below the bound', pressure,
+                        bound(ratio, angle, 0.0) * STRESSES['coat'])
+    yield context.below(f'{title}: ripple of the pressure', ripple, 0.02)
+
+    step = done.results().step(-1)
+    drawn = step.points - step.point_fields['displacement']
+    corners, body = step.cells[5], step.cell_fields['body'][step.numbers[5]]
+    shares = [[ring_volume(x, corners[body == k]) for k in (1, 2)] for x in (drawn, step.points)]
+    fractions = [volumes[0] / sum(volumes) for volumes in shares]
+    yield context.row(f'{title}: share of the core in the volume', fractions[1], fractions[0],
+                      1e-3)
+    for k, name in enumerate(STRESSES):
+        yield context.row(f'{title}: volume of the {name}', shares[1][k], shares[0][k], 1e-3)
+
+    edges = interface(corners, body)
+    nodes, times = numpy.unique(edges, return_counts=True)
+    yield context.zero(f'{title}: ends of the interface, less two', abs(sum(times == 1) - 2), 0)
+    yield context.zero(f'{title}: places where it branches', sum(times > 2), 0)
+    nodes = nodes[numpy.argsort(drawn[nodes, 1])]
+    yield context.above(f'{title}: it runs from end to end, least rise',
+                        min(numpy.diff(step.points[nodes, 1])), 0)
+    began, ends = drawn[nodes, 1], step.points[nodes, 1]
+    _, _, narrowest = die(ratio, angle)
+    # What began in the cone is the front, that never flowed steadily
+    left = ends > narrowest + FILLET
+    radii = step.points[nodes, 0]
+    steady = numpy.mean(radii[left & (began < -FILLET)])
+    yield context.row(f'{title}: radius of the interface in the rod', steady, CORE * RADIUS / ratio,
+                      0.01)
+    cone = left & (began > -FILLET) & (began < narrowest)
+    widest = numpy.argmax(numpy.where(cone, radii, 0))
+    yield context.above(f'{title}: the core expands, widest place by the steady radius',
+                        radii[widest] / steady, 1.02)
+    yield context.below(f'{title}: and necks in front of it, narrowest by the steady radius',
+                        min(radii[widest:]) / steady, 0.998)
+
+
+def ring_volume(points, corners):
+    """Of the rings that triangles (radius, height) sweep."""
+    a, b, c = (points[corners[:, k]] for k in range(3))
+    area = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+    return 2 * math.pi * numpy.sum(area * (a + b + c)[:, 0] / 3)
+
+
+def interface(corners, body):
+    """Edges between cells of two bodies."""
+    found = {}
+    for cell, owner in zip(corners, body):
+        for k in range(3):
+            found.setdefault(tuple(sorted((cell[k], cell[k - 1]))), set()).add(owner)
+    return numpy.array([edge for edge, owners in found.items() if len(owners) == 2])
+
+
+def width(height, ratio, angle):
+    """Radius of the die at a height, by that of the container."""
+    return die(ratio, angle)[1](height) / RADIUS
+
+
+def extrude(context, cells, ratio, angle, factor, bodies=SINGLE, name_cell=None, stroke=2.0):
     """Mean of p/Y, half of its range by the mean, and the run."""
     name = f'billet_{cells}_{ratio}_{angle}_{factor}'
     corners, wall, narrowest = die(ratio, angle)
-    length = REAR + narrowest + FRONT
+    rear = REAR + stroke - 2
+    length = rear + narrowest + FRONT
     flat = 3 if ratio < 2 else 4
 
     def place(x, y):
-        height = -REAR + length * y
+        height = -rear + length * y
         return x * wall(height), height
 
-    context.rectangle(name, cells, round(flat * cells * length / RADIUS), place)
+    context.rectangle(name, cells, round(flat * cells * length / RADIUS), place,
+                      name_cell=name_cell)
     points = ', '.join(repr(value) for corner in corners for value in corner)
     done = context.run_swage(CASE.format(mesh=name, points=points, factor=factor,
-                                         steps=40 * cells // 12), name=name)
+                                         bodies=bodies, duration=stroke / 10,
+                                         steps=round(20 * stroke) * cells // 12), name=name)
     force = done.history['reaction_rear_y']
     steady = numpy.array(force[len(force) // 3:]) / (YIELD_STRESS * math.pi * RADIUS**2)
     mean = numpy.mean(steady)
