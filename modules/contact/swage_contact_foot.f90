@@ -20,7 +20,7 @@ module swage_contact_foot
   implicit none(type, external)
   private
 
-  public :: contact_foot_t, find_foot, FACING
+  public :: contact_foot_t, find_foot, find_gap, FACING
 
   !> Largest cosine of the angle between the normals of two surfaces that may touch: 100 degrees.
   real(wp), parameter :: FACING = -cos(80.0_wp / 180.0_wp * acos(-1.0_wp))
@@ -86,6 +86,32 @@ contains
     foot%node(:surface%n_dim) = surface%facet(:, foot%facet)
 
   end subroutine find_foot
+
+  !> Height of a point over the plane of the nearest facet, of those that face it if there are any.
+  pure subroutine find_gap(surface, x, towards, bound, gap)
+    type(contact_surface_t), intent(in) :: surface
+    !> [length]
+    real(wp), intent(in) :: x(3)
+    !> Normals of the point's own surface; shape (3, :).
+    real(wp), intent(in) :: towards(:, :)
+    !> Largest distance of the facet [length].
+    real(wp), intent(in) :: bound
+    !> Negative inside; the bound where no facet is so near [length].
+    real(wp), intent(out) :: gap
+
+    !> One of them faces whatever there is.
+    real(wp), parameter :: ALL_WAYS(3, 6) = reshape([IDENTITY, -IDENTITY], [3, 6])
+
+    integer :: facet, place
+    real(wp) :: weight(3)
+
+    gap = bound
+    call find_nearest(surface, x, towards, bound, facet, weight, place)
+    if (facet == 0) call find_nearest(surface, x, ALL_WAYS, bound, facet, weight, place)
+    if (facet == 0) return
+    gap = dot_product(x - surface%x(:, surface%facet(1, facet)), surface%normal(:, facet))
+
+  end subroutine find_gap
 
   pure function is_facing(towards, normal)
     real(wp), intent(in) :: towards(:, :)

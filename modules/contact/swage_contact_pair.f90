@@ -1,6 +1,6 @@
 !> Two deformable surfaces that may touch, and how far around their contact is looked for.
 module swage_contact_pair
-  use swage_contact_foot, only: contact_foot_t, FACING, find_foot
+  use swage_contact_foot, only: contact_foot_t, FACING, find_foot, find_gap
   use swage_contact_surface, only: contact_surface_create, contact_surface_t
   use swage_kinds, only: wp
   implicit none(type, external)
@@ -79,20 +79,24 @@ contains
     real(wp), parameter :: FULL = -0.5_wp
 
     integer :: f
-    real(wp) :: cosine, middle(3), share(surface%n_facet)
+    real(wp) :: cosine, gap(surface%n_facet), middle(3), share(surface%n_facet), x(3)
     type(contact_foot_t) :: foot
 
     middle = 0.0_wp
     middle(:surface%n_dim) = 1.0_wp / surface%n_dim
     share = 0.0_wp
     do f = 1, surface%n_facet
-      call find_foot(other, surface%point(f, middle), surface%normal(:, f:f), pair%reach, &
-                     pair%depth, .false., foot)
-      if (foot%facet == 0) cycle
+      x = surface%point(f, middle)
+      call find_foot(other, x, surface%normal(:, f:f), pair%reach, pair%depth, .false., foot)
+      if (foot%facet == 0) then
+        call find_gap(other, x, surface%normal(:, f:f), max(pair%reach, pair%depth), gap(f))
+        cycle
+      end if
+      gap(f) = -foot%penetration
       cosine = dot_product(surface%normal(:, f), other%normal(:, foot%facet))
       share(f) = min(max((cosine - FACING) / (FULL - FACING), 0.0_wp), 1.0_wp)
     end do
-    call surface%take_shares(share)
+    call surface%take_shares(share, gap)
 
   end subroutine weigh_facets
 

@@ -8,6 +8,8 @@
 !>
 !> A surface may be that of a whole body: facets that turn away from the other surface do not count
 !> in the areas pressed on, so that a node at an edge has the area of the side that is in contact.
+!> Nor do facets that gape count at nodes with others that touch: a side that folds onto a tool must
+!> not lift its edge off.
 module swage_contact_surface
   use swage_bounding_tree, only: bounding_tree_create, bounding_tree_t
   use swage_kinds, only: wp
@@ -53,6 +55,9 @@ module swage_contact_surface
     !> How much of each facet counts, least share of any facet for a node, and the area of the nodes
     !> that counts [1], [1], [length^2]; shapes (n_facet), (n_node), (n_node).
     real(wp), allocatable :: share(:), least_share(:), pressed_area(:)
+    !> How near each facet is to the other surface, from 1 where it touches down to a little, and
+    !> the largest of the facets around each node [1]; shapes (n_facet), (n_node).
+    real(wp), allocatable :: nearness(:), nearest(:)
     !> Positions of the nodes, only those of this surface are looked at [length]; shape (3, n_node).
     real(wp), allocatable :: x(:, :)
     !> Unit normals of the facets and of the sectors; shapes (3, n_facet), (3, n_sector).
@@ -73,6 +78,10 @@ module swage_contact_surface
     procedure :: mass => contact_surface_mass
     !> Say how much of each facet counts.
     procedure :: take_shares => contact_surface_take_shares
+    !> How much a facet counts for one of its corners, by how near it is.
+    procedure :: near_share => contact_surface_near_share
+    !> The same by how much it faces the other surface, too.
+    procedure :: pressed_share => contact_surface_pressed_share
     !> A column of the mass matrix of a facet as far as it counts.
     procedure :: pressed_mass => contact_surface_pressed_mass
     !> Gradients of the weights of the corners along a facet.
@@ -136,7 +145,8 @@ contains
     allocate (surface%extent(surface%n_facet), surface%radius(n_dim, surface%n_facet), &
               surface%area(n_node), surface%pressed_area(n_node), surface%x(3, n_node), &
               surface%normal(3, surface%n_facet), source=0.0_wp)
-    allocate (surface%share(surface%n_facet), surface%least_share(n_node), source=1.0_wp)
+    allocate (surface%share(surface%n_facet), surface%least_share(n_node), &
+              surface%nearness(surface%n_facet), surface%nearest(n_node), source=1.0_wp)
     allocate (surface%sector(n_dim, surface%n_facet), source=0)
     allocate (surface%sector_normal(3, 0))
 
@@ -198,6 +208,8 @@ contains
     end do
     self%share = 1.0_wp
     self%least_share = 1.0_wp
+    self%nearness = 1.0_wp
+    self%nearest = 1.0_wp
     self%pressed_area = self%area
     call find_boxes(self, lower, upper)
     call bounding_tree_create(lower, upper, self%tree)
@@ -207,35 +219,76 @@ contains
 
   !> A node of which little counts keeps a tenth of its area, one of which nothing does keeps all:
   !> it must not be free to penetrate when it comes into contact during the step.
-  pure subroutine contact_surface_take_shares(self, share)
+  pure subroutine contact_surface_take_shares(self, share, gap)
     class(contact_surface_t), intent(inout) :: self
     !> From 0 to 1; shape (n_facet).
     real(wp), intent(in) :: share(:)
+    !> Of the facets' middles to the other surface, negative inside [length]; shape (n_facet).
+    real(wp), intent(in) :: gap(:)
 
     real(wp), parameter :: LEAST = 0.1_wp
+    !> Gaps by the size of the facet that count as none, and from which on the facet is apart.
+    real(wp), parameter :: CLOSED = 0.01_wp, APART = 0.1_wp
+    real(wp), parameter :: LEAST_NEARNESS = 1.0e-6_wp
 
     integer :: i, k, node
-    real(wp) :: column(3)
+    real(wp) :: size_of_facet(self%n_facet)
 
     self%share = share
     self%least_share = 0.0_wp
+    size_of_facet = self%extent
+    if (self%n_dim == 3) size_of_facet = sqrt(2.0_wp * self%extent)
+    self%nearness = (APART - gap / size_of_facet) / (APART - CLOSED)
+    self%nearness = min(max(self%nearness, LEAST_NEARNESS), 1.0_wp)
     do k = 1, size(self%node)
       node = self%node(k)
-      self%pressed_area(node) = 0.0_wp
+      self%nearest(node) = LEAST_NEARNESS
       do i = self%first(node), self%first(node + 1) - 1
-        column = self%pressed_mass(self%around(i), self%around_corner(i))
-        self%pressed_area(node) = self%pressed_area(node) + sum(column)
+        self%nearest(node) = max(self%nearest(node), self%nearness(self%around(i)))
       end do
+      call sum_pressed_area(self, node)
       if (self%pressed_area(node) >= LEAST * self%area(node)) cycle
       self%least_share(node) = merge(LEAST, 1.0_wp, self%pressed_area(node) > 0.0_wp)
-      self%pressed_area(node) = 0.0_wp
-      do i = self%first(node), self%first(node + 1) - 1
-        column = self%pressed_mass(self%around(i), self%around_corner(i))
-        self%pressed_area(node) = self%pressed_area(node) + sum(column)
-      end do
+      call sum_pressed_area(self, node)
     end do
 
   end subroutine contact_surface_take_shares
+
+  pure subroutine sum_pressed_area(surface, node)
+    type(contact_surface_t), intent(inout) :: surface
+    integer, intent(in) :: node
+
+    integer :: i
+    real(wp) :: column(3)
+
+    surface%pressed_area(node) = 0.0_wp
+    do i = surface%first(node), surface%first(node + 1) - 1
+      column = surface%pressed_mass(surface%around(i), surface%around_corner(i))
+      surface%pressed_area(node) = surface%pressed_area(node) + sum(column)
+    end do
+
+  end subroutine sum_pressed_area
+
+  pure function contact_surface_near_share(self, facet, corner) result(share)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    integer, intent(in) :: corner
+    real(wp) :: share
+
+    share = min(self%nearness(facet) / self%nearest(self%facet(corner, facet)), 1.0_wp)
+
+  end function contact_surface_near_share
+
+  pure function contact_surface_pressed_share(self, facet, corner) result(share)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    integer, intent(in) :: corner
+    real(wp) :: share
+
+    share = self%near_share(facet, corner) &
+      * max(self%share(facet), self%least_share(self%facet(corner, facet)))
+
+  end function contact_surface_pressed_share
 
   pure function contact_surface_pressed_mass(self, facet, corner) result(column)
     class(contact_surface_t), intent(in) :: self
@@ -247,7 +300,7 @@ contains
     real(wp) :: mass(3, 3)
 
     mass = self%mass(facet)
-    column = max(self%share(facet), self%least_share(self%facet(corner, facet))) * mass(:, corner)
+    column = self%pressed_share(facet, corner) * mass(:, corner)
 
   end function contact_surface_pressed_mass
 

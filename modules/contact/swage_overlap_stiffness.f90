@@ -37,7 +37,7 @@ contains
     !> Its facets are 0 when there is no further pair.
     type(pair_stiffness_t), intent(out) :: stiffness
 
-    integer :: n
+    integer :: a, n
     real(wp) :: load
 
     n = pair%slave%n_dim
@@ -45,8 +45,12 @@ contains
       associate (here => overlap%point(point))
         if (stiffness%slave_facet > 0 .and. (here%slave_facet /= stiffness%slave_facet .or. &
                                              here%master_facet /= stiffness%master_facet)) return
-        load = here%area * dot_product(here%slave_weight(:n), &
-                                       pressure(pair%slave%facet(:, here%slave_facet)))
+        load = 0.0_wp
+        do a = 1, n
+          load = load + pair%slave%near_share(here%slave_facet, a) * here%slave_weight(a) &
+            * pressure(pair%slave%facet(a, here%slave_facet))
+        end do
+        load = here%area * load
         if (abs(load) > 0.0_wp) then
           stiffness%slave_facet = here%slave_facet
           stiffness%master_facet = here%master_facet

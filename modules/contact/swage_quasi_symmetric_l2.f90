@@ -6,7 +6,8 @@
 !> \(f_j = \sum_k \lambda_k \int N_k N_j^b n\, dS\) on master nodes,
 !> both integrated with the same points, so that the forces of each point balance. The gap is the
 !> dual one, \(g_k = \frac{1}{A_k} \int N_k\, p\, dS\) with \(A_k = \int N_k\, dS\). Integrals are
-!> over that part of the slave that meets the master.
+!> over that part of the slave that meets the master; \(N_k\) of facets that gape where others at the
+!> node touch count for little in them ([[contact_surface_t:near_share]]).
 !>
 !> `slope` is the derivative of the gap for fixed points on the slave. Facets' normals turn in it,
 !> smoothed ones count as fixed. Where the facets of both sides are parallel it is the opposite of
@@ -77,7 +78,7 @@ contains
 
     integer :: i, k, node, q
     logical :: all_nodes(pair%n_node)
-    real(wp) :: area, gap, normal(3), share
+    real(wp) :: area, gap, near, normal(3), share
 
     call find_overlap(pair, mine, self%overlap)
     if (self%averaged) then
@@ -94,8 +95,9 @@ contains
       do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
         associate (f => pair%slave%around(i), a => pair%slave%around_corner(i), &
                    point => self%overlap%point)
+          near = pair%slave%near_share(f, a)
           do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
-            share = point(q)%area * point(q)%slave_weight(a)
+            share = near * point(q)%area * point(q)%slave_weight(a)
             area = area + share
             gap = gap + share * point(q)%penetration
             normal = normal + share * point(q)%normal
@@ -126,6 +128,7 @@ contains
 
     integer :: a, i, j, n_met, place, q
     integer, allocatable :: met(:)
+    real(wp) :: near
     real(wp), allocatable :: weight(:)
 
     ! No more than the entries of the row
@@ -134,6 +137,7 @@ contains
     n_met = 0
     do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
       associate (f => pair%slave%around(i))
+        near = pair%slave%near_share(f, pair%slave%around_corner(i))
         do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
           associate (point => self%overlap%point(q))
             do a = 1, pair%master%n_dim
@@ -145,7 +149,7 @@ contains
                 met(place) = j
                 weight(place) = 0.0_wp
               end if
-              weight(place) = weight(place) + point%area &
+              weight(place) = weight(place) + near * point%area &
                 * point%slave_weight(pair%slave%around_corner(i)) * point%master_weight(a)
             end do
           end associate
@@ -168,7 +172,7 @@ contains
 
     integer :: a, f, m, n
     !> Of the slave's corners, then the master's; `sway` is what turning normals add to the slope.
-    real(wp) :: climb(3), force(3, 6), gradient(3, 3), share(6), slope(3, 6), sway(3), whole
+    real(wp) :: climb(3), force(3, 6), gradient(3, 3), near, share(6), slope(3, 6), sway(3), whole
 
     n = pair%slave%n_dim
     f = overlap%point(q)%slave_facet
@@ -178,10 +182,11 @@ contains
     share = 0.0_wp
     gradient = 0.0_wp
     if (.not. pair%smoothing) gradient = pair%slave%gradients(f)
+    near = pair%slave%near_share(f, corner)
     do while (q < overlap%first(f + 1))
       if (overlap%point(q)%master_facet /= m) exit
       associate (point => overlap%point(q))
-        whole = point%area * point%slave_weight(corner)
+        whole = near * point%area * point%slave_weight(corner)
         climb = pair%master%normal(:, m) / dot_product(point%normal, pair%master%normal(:, m))
         sway = whole * point%penetration * point%normal
         do a = 1, n

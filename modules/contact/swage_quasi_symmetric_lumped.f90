@@ -78,7 +78,7 @@ contains
 
     integer :: a, i, j, k, n, n_met, node, q
     logical :: asked(pair%n_node)
-    real(wp) :: area, gap, normal(3), share, spread(3, pair%n_node)
+    real(wp) :: area, gap, near, normal(3), share, spread(3, pair%n_node)
     !> Of a slave node with the master nodes it meets: the integrals of the products of their shape
     !> functions, without and with the normal, and which nodes these are.
     real(wp) :: meeting(pair%n_node), vector(3, pair%n_node)
@@ -105,10 +105,11 @@ contains
       normal = 0.0_wp
       n_met = 0
       do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
+        near = pair%slave%near_share(pair%slave%around(i), pair%slave%around_corner(i))
         do q = self%overlap%first(pair%slave%around(i)), &
           self%overlap%first(pair%slave%around(i) + 1) - 1
           associate (point => self%overlap%point(q))
-            share = point%area * point%slave_weight(pair%slave%around_corner(i))
+            share = near * point%area * point%slave_weight(pair%slave%around_corner(i))
             area = area + share
             normal = normal + share * point%normal
             do a = 1, n
@@ -195,7 +196,8 @@ contains
     integer :: a, j
     real(wp) :: beside(3), gradient(3, 3), pull(3, 3), slope(3), turned(3), whole, x(3)
 
-    whole = point%area * point%slave_weight(corner)
+    whole = pair%slave%near_share(point%slave_facet, corner) &
+      * point%area * point%slave_weight(corner)
     x = pair%slave%point(point%slave_facet, point%slave_weight)
     call master_pull(pair, point, pull)
     beside = 0.0_wp
@@ -225,14 +227,15 @@ contains
     type(contact_rows_t), intent(inout) :: rows
 
     integer :: a, i, q
-    real(wp) :: share
+    real(wp) :: near, share
 
     do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
       associate (f => pair%slave%around(i))
+        near = pair%slave%near_share(f, pair%slave%around_corner(i))
         do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
           associate (point => self%overlap%point(q))
             do a = 1, pair%slave%n_dim
-              share = point%area * point%slave_weight(pair%slave%around_corner(i)) &
+              share = near * point%area * point%slave_weight(pair%slave%around_corner(i)) &
                 * point%slave_weight(a)
               call rows%add(pair%slave%facet(a, f), -share * point%normal, NO_SLOPE, share)
             end do
