@@ -271,7 +271,8 @@ contains
       call group%finish(status)
       if (status%failed()) return
       call pair%formulation%list_owners(pair%surfaces, owner)
-      penalty = keys%penalty * pair_stiffness(surface%facet_node(:, master), all_nodal(1, :))
+      penalty = keys%penalty * pair_stiffness(surface%facet_node(:, slave), &
+                                              surface%facet_node(:, master), all_nodal(1, :))
       call body_contact_create(group%name, law, keys%separation, owner, surface%is_own, &
                                surface%mesh_node, all_nodal(2, :), penalty, &
                                keys%tangential * penalty, keys%enforcement, keys%inertia, &
@@ -281,18 +282,20 @@ contains
 
   end subroutine create_pair
 
-  !> Stiffness of each node and the mean of the master, one behind the other: the softer decides.
-  pure function pair_stiffness(master, stiffness) result(together)
+  !> Mean stiffnesses of both sides, one behind the other: the softer decides. One for all nodes, so
+  !> that a uniform pressure needs a uniform penetration, whatever the sizes of the cells.
+  pure function pair_stiffness(slave, master, stiffness) result(together)
     !> Corners of facets; shape (n_dim, :).
-    integer, intent(in) :: master(:, :)
+    integer, intent(in) :: slave(:, :), master(:, :)
     !> Of the surface nodes [stress/length]; shape (n_node).
     real(wp), intent(in) :: stiffness(:)
-    real(wp) :: together(size(stiffness))
+    real(wp) :: together
 
-    real(wp) :: mean
+    real(wp) :: one, other
 
-    mean = sum(stiffness(reshape(master, [size(master)]))) / max(size(master), 1)
-    together = 2.0_wp * stiffness * mean / (stiffness + mean)
+    one = sum(stiffness(reshape(slave, [size(slave)]))) / max(size(slave), 1)
+    other = sum(stiffness(reshape(master, [size(master)]))) / max(size(master), 1)
+    together = 2.0_wp * one * other / (one + other)
 
   end function pair_stiffness
 
