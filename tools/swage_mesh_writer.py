@@ -162,3 +162,65 @@ def cylinder_geometry(radius, height, size, quarter=False):
                  f'Physical Surface("{name}") = s();', 'rest() -= s();']
     text.append('Physical Surface("SIDE") = rest();')
     return '\n'.join(text) + '\n'
+
+
+def boxed(*corners):
+    """Gmsh text of the surfaces between two corners, which count as Gmsh expressions."""
+    low, high = ([f'{x} {sign} e' for x in corner] for corner, sign in zip(corners, '-+'))
+    return f'Surface In BoundingBox {{{", ".join(low + high)}}}'
+
+
+def billet_and_tool_geometry(size, tool_size):
+    """Gmsh text of one eighth of a billet, radius 10 and height 30, with its middle at z = 0, under
+    the quarter of a block of 32 x 32 x 8. Groups BILLET, TOOL, XMIN, YMIN, BOTTOM, SKIN (end and side
+    of the billet), TOOL_FACE, TOOL_TOP. By Delaunay, uniform."""
+    return f'''SetFactory("OpenCASCADE");
+e = 1e-5;
+Cylinder(1) = {{0, 0, 0, 0, 0, 15, 10, Pi/2}};
+Box(2) = {{0, 0, 15, 16, 16, 8}};
+Physical Volume("BILLET") = {{1}};
+Physical Volume("TOOL") = {{2}};
+x() = {boxed((0, 0, 0), (0, 16, 23))};
+y() = {boxed((0, 0, 0), (16, 0, 23))};
+z() = {boxed((0, 0, 0), (16, 16, 0))};
+skin() = Boundary {{ Volume{{1}}; }};
+skin() -= x(); skin() -= y(); skin() -= z();
+face() = {boxed((0, 0, 15), (16, 16, 15))};
+face() -= skin();
+Physical Surface("XMIN") = x();
+Physical Surface("YMIN") = y();
+Physical Surface("BOTTOM") = z();
+Physical Surface("SKIN") = skin();
+Physical Surface("TOOL_FACE") = face();
+Physical Surface("TOOL_TOP") = {boxed((0, 0, 23), (16, 16, 23))};
+MeshSize {{ PointsOf {{ Volume{{1}}; }} }} = {size!r};
+MeshSize {{ PointsOf {{ Volume{{2}}; }} }} = {tool_size!r};
+Mesh.Algorithm3D = 1;
+'''
+
+
+def cubes_geometry(lower_size, upper_size):
+    """Gmsh text of two cubes of side 10, one on the other. Groups LOWER, UPPER, XMIN, YMIN, BOTTOM,
+    TOP, LOWER_FACE, UPPER_FACE."""
+    return f'''SetFactory("OpenCASCADE");
+e = 1e-5;
+Box(1) = {{0, 0, 0, 10, 10, 10}};
+Box(2) = {{0, 0, 10, 10, 10, 10}};
+Physical Volume("LOWER") = {{1}};
+Physical Volume("UPPER") = {{2}};
+Physical Surface("XMIN") = {boxed((0, 0, 0), (0, 10, 20))};
+Physical Surface("YMIN") = {boxed((0, 0, 0), (10, 0, 20))};
+Physical Surface("BOTTOM") = {boxed((0, 0, 0), (10, 10, 0))};
+Physical Surface("TOP") = {boxed((0, 0, 20), (10, 10, 20))};
+// The kernel counts the sides of a box from XMIN to ZMAX
+Physical Surface("LOWER_FACE") = {{6}};
+Physical Surface("UPPER_FACE") = {{11}};
+Field[1] = Constant;
+Field[1].VolumesList = {{1}};
+Field[1].VIn = {lower_size!r};
+Field[1].VOut = {upper_size!r};
+Background Field = 1;
+Mesh.MeshSizeFromPoints = 0;
+Mesh.MeshSizeExtendFromBoundary = 0;
+Mesh.Algorithm3D = 1;
+'''
