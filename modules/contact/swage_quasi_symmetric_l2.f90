@@ -6,8 +6,8 @@
 !> \(f_j = \sum_k \lambda_k \int N_k N_j^b n\, dS\) on master nodes,
 !> both integrated with the same points, so that the forces of each point balance. The gap is the
 !> dual one, \(g_k = \frac{1}{A_k} \int N_k\, p\, dS\) with \(A_k = \int N_k\, dS\). Integrals are
-!> over that part of the slave that meets the master; facets that gape where others at the node touch
-!> count for little in them ([[contact_surface_t:near_share]]).
+!> over that part of the slave that meets the master; facets that gape where others at the node
+!> touch count for little in them ([[contact_surface_t:near_share]]).
 !>
 !> `slope` is the derivative of the gap for fixed points on the slave. Facets' normals turn in it,
 !> smoothed ones count as fixed. Where the facets of both sides are parallel it is the opposite of
