@@ -11,16 +11,21 @@
 !> mean turn of the master's nodes. Conditions come with the geometry of the present iterate. That
 !> their normals, areas and shares change with the nodes is left to the formulation for pressures,
 !> and neglected for friction.
+!>
+!> Tied surfaces ([[tie_t]]) have the same conditions all the time. Each one holds in all directions
+!> and carries tension: what would be friction is a bond of the stiffness of the penalty, which acts
+!> on the whole distance along the surface, not on that of the step.
 module swage_body_contact
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
   use swage_contact_state, only: contact_state_create, contact_state_t, contact_work_t, &
-    enforcement_t
+    enforcement_t, PENALTY
   use swage_friction, only: friction_law_t, friction_point_t
   use swage_kinds, only: gp, wp
   use swage_rotation, only: cross_product, dyadic, IDENTITY, rotation_matrix, skew_matrix
   use swage_snapshot, only: OF_SOME_NODES, snapshot_t
   use swage_status, only: status_t
   use swage_text, only: text
+  use swage_tie, only: tie_create, tie_t
   implicit none(type, external)
   private
 
@@ -109,7 +114,11 @@ module swage_body_contact
     !> tangent [stress/length]; least shapes (n_row), (3, 3, n_row).
     integer, allocatable :: condition(:)
     real(wp), allocatable :: row_pressure(:), row_secant(:, :, :)
+    !> What holds tied surfaces; not allocated where they are not.
+    type(tie_t), allocatable :: tie
   contains
+    !> Tie the surfaces by conditions that stay.
+    procedure :: bind => body_contact_bind
     !> Take the distances at the start of the run for what the fit says of them.
     procedure :: adjust => body_contact_adjust
     !> Take the times of a step, before `begin_step`.
@@ -221,6 +230,21 @@ contains
 
   end subroutine order_conditions
 
+  !> The friction law must be one that sticks, and the contact one that cannot separate.
+  pure subroutine body_contact_bind(self, n_dim, rows, x)
+    class(body_contact_t), intent(inout) :: self
+    integer, intent(in) :: n_dim
+    !> Where the bodies are drawn; from now on `tie` alone changes them.
+    type(contact_rows_t), intent(in) :: rows
+    !> Of the surface nodes, there [length]; shape (3, n_surface_node).
+    real(wp), intent(in) :: x(:, :)
+
+    allocate (self%tie)
+    call tie_create(n_dim, rows, x, self%tie)
+    self%is_tied = .true.
+
+  end subroutine body_contact_bind
+
   !> A condition that finds nothing opposite at the start has the overlap of the fit alone.
   pure subroutine body_contact_adjust(self, rows, fit)
     class(body_contact_t), intent(inout) :: self
@@ -316,6 +340,8 @@ contains
         end associate
       end do
     end do
+    ! A bond of the penalty alone is that of the distance
+    if (self%is_tied .and. self%enforcement%kind == PENALTY) self%bond = 0.0_wp
 
   end subroutine body_contact_begin_step
 
@@ -429,12 +455,14 @@ contains
         motion = motion + rows%share(entry) * (x_moved(:, node) - x_start(:, node))
       end associate
     end do
-    point%slip = matmul(flat, motion) / rows%area(row)
+    motion = motion / rows%area(row)
+    if (self%is_tied) motion = self%tie%apart(:, row)
+    point%slip = matmul(flat, motion)
     self%slip(:, i) = point%slip
     self%area(i) = rows%area(row)
     call find_tilt(self%normal_old(:, i), normal, response%spin%tilt)
     self%turn(:, :, i) = response%spin%tilt
-    if (self%friction%has_history) then
+    if (self%friction%has_history .and. .not. self%is_tied) then
       call add_spin(rows, row, x_start, x_moved, self%turn(:, :, i), response%spin)
     end if
     call self%decide(i, fitted_gap(self, i, rows%gap(row), 2))
@@ -740,6 +768,10 @@ contains
         end associate
       end do
     end do
+    if (self%is_tied) then
+      work = contact_work_t()
+      work%stored = -done
+    end if
     work%excess = -done - work%stored - work%friction - work%inertia
 
   end subroutine body_contact_work

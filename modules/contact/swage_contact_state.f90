@@ -83,6 +83,9 @@ module swage_contact_state
     class(friction_law_t), allocatable :: friction
     !> True when contact may end.
     logical :: separation = .true.
+    !> True when conditions hold in all directions, from the start and for good; `slip` is then the
+    !> whole distance along the surface.
+    logical :: is_tied = .false.
     type(enforcement_t) :: enforcement
     !> Numbers that are unique over the ranks.
     integer(gp), allocatable :: tag(:)
@@ -236,7 +239,8 @@ contains
     self%normal_old(:, i) = normal
     self%touched(i) = self%multiplier(i) > 0.0_wp .or. penetration > 0.0_wp
     if (self%separation) return
-    self%bonded(i) = self%bonded(i) .or. penetration > -TOUCHING * self%size(i)
+    self%bonded(i) = self%bonded(i) .or. self%is_tied &
+      .or. penetration > -TOUCHING * self%size(i)
 
   end subroutine contact_state_meet
 
@@ -292,7 +296,8 @@ contains
   pure subroutine contact_state_measure(self, measures)
     class(contact_state_t), intent(in) :: self
     !> Largest penetration or gap of a condition that is pressed, by its cell size [1]; largest
-    !> change of multipliers and bonds that an augmentation would make; largest pressure [stress];
+    !> change of multipliers and bonds that an augmentation would make; largest pressure, of tied
+    !> surfaces or traction along them [stress];
     !> the precedence of the first held condition that contradicts its state, 0 when there is none.
     real(wp), intent(out) :: measures(4)
 
@@ -302,6 +307,10 @@ contains
     do i = 1, ubound(self%tag, 1)
       if (self%active(i)) then
         measures(1) = max(measures(1), abs(self%penetration(i)) / self%size(i))
+        if (self%is_tied) then
+          measures(1) = max(measures(1), norm2(self%slip(:, i)) / self%size(i))
+          measures(3) = max(measures(3), norm2(self%traction(:, i)))
+        end if
       end if
       measures(2) = max(measures(2), abs(self%pressure(i) - self%multiplier(i)), &
                         self%bond_change(i))

@@ -70,7 +70,8 @@ contains
       if (n_shared + count(twin > 0) == 0) then
         call status%raise(STATUS_ERROR, 'apply_interfaces', trim(interfaces(i)%title)// &
                           ': the bodies share no node of the mesh, nor do nodes of them lie at '// &
-                          'the same place: let them touch, with the same nodes on both sides', &
+                          'the same place: let them touch, with the same nodes on both sides; '// &
+                          'where meshes do not match, a &contact with tied = .true. glues them', &
                           EXIT_INPUT)
         return
       end if

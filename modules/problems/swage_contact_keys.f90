@@ -30,7 +30,14 @@ module swage_contact_keys
     !> [degrees]
     real(wp) :: feature_angle = 40.0_wp
     type(start_fit_t) :: fit
+    !> Surfaces stay together as they are drawn, those up to `adjust` apart where it is given.
+    logical :: tied = .false.
+    logical :: adjusts = .false.
   end type contact_keys_t
+
+  !> Stiffness of a tie by that of a cell where the user gives none: its conditions are linear and
+  !> never change, so that nothing speaks for a soft one [1].
+  real(wp), parameter :: STIFF_TIE = 1000.0_wp
 
 contains
 
@@ -54,7 +61,8 @@ contains
     call group%take('enforcement', kind, 'Pressure by penetration, or multipliers that bring '// &
                     'the penetration to nothing.', choices=ENFORCEMENT_NAMES)
     call group%take('penalty_factor', keys%penalty, '1', 'Contact pressure by penetration, as '// &
-                    'a multiple of the stiffness of a cell.', above=0.0_wp)
+                    'a multiple of the stiffness of a cell; without it 1000 where surfaces are '// &
+                    'tied.', above=0.0_wp)
     call group%take('tangential_factor', keys%tangential, '1', 'Friction stress by slip of a '// &
                     'law that bonds, as a multiple of that of the pressure.', above=0.0_wp)
     associate (rule => keys%enforcement)
@@ -73,6 +81,7 @@ contains
     call group%take('separation', keys%separation, 'False: nodes that touch stay on the tool, '// &
                     'and the contact carries tension.')
     call take_formulation(group, keys)
+    if (keys%tied .and. .not. group%given('penalty_factor')) keys%penalty = STIFF_TIE
     keys%enforcement%kind = findloc(ENFORCEMENT_NAMES == kind, .true., dim=1)
     if (group%explaining .or. keys%enforcement%kind == AUGMENTED_LAGRANGIAN) return
     call refuse_idle('penetration_tolerance')
@@ -134,7 +143,12 @@ contains
     call group%take('interference_duration', keys%fit%duration, 'time', 'Time from the start '// &
                     'over which that overlap, and one drawn beyond `adjust`, comes about; 0: '// &
                     'in the first increment.', lower=0.0_wp)
+    keys%adjusts = group%given('adjust')
+    call group%take('tied', keys%tied, 'True: where surfaces meet at the start, up to `adjust` '// &
+                    'or a tenth of a cell apart, they stay together as they are drawn and '// &
+                    'neither part nor slide.')
     call check_formulation(group, keys%formulation, variant, projection, quadrature)
+    if (keys%tied) call check_tie(group, keys%formulation, projection, gap)
     keys%choice%variant = variant
     keys%choice%projection = projection
     keys%choice%gap = gap
@@ -177,13 +191,39 @@ contains
 
   end subroutine check_formulation
 
+  !> A tie is made by the projection of least squares, and has no friction.
+  subroutine check_tie(group, formulation, projection, gap)
+    type(group_t), intent(inout) :: group
+    character(len=*), intent(in) :: formulation, projection, gap
+
+    character(len=21), parameter :: KEYS(6) = [character(len=21) :: 'friction', &
+      'tangential_factor', 'sliding_inertia', 'separation', 'interference', &
+      'interference_duration']
+    integer :: i
+
+    if (group%explaining) return
+    do i = 1, size(KEYS)
+      if (group%given(trim(KEYS(i)))) then
+        call group%refuse(trim(KEYS(i)), 'has no effect: tied surfaces neither slide nor part')
+      end if
+    end do
+    if (formulation /= 'quasi_symmetric') then
+      call group%refuse('formulation', 'cannot tie surfaces: ''quasi_symmetric'' does')
+    else if (projection /= 'l2') then
+      call group%refuse('projection', 'cannot tie surfaces: ''l2'' does')
+    else if (gap /= 'dual') then
+      call group%refuse('gap', 'cannot be that of tied surfaces: ''dual'' is')
+    end if
+
+  end subroutine check_tie
+
   !> Keys that mean nothing where the master is a tool.
   subroutine refuse_formulation(group)
     type(group_t), intent(inout) :: group
 
-    character(len=21), parameter :: KEYS(11) = [character(len=21) :: 'formulation', 'variant', &
+    character(len=21), parameter :: KEYS(12) = [character(len=21) :: 'formulation', 'variant', &
       'projection', 'gap', 'quadrature', 'quadrature_points', 'smoothing', 'feature_angle', &
-      'adjust', 'interference', 'interference_duration']
+      'adjust', 'interference', 'interference_duration', 'tied']
     integer :: i
 
     do i = 1, size(KEYS)

@@ -12,11 +12,16 @@ submodule(swage_mechanics) swage_mechanics_contact_setup
   use swage_group, only: group_t
   use swage_shared_surface, only: shared_surface_create
   use swage_status, only: STATUS_ERROR
+  use swage_sticking, only: sticking_create, sticking_t
   use swage_tool_contact, only: tool_contact_create
   implicit none(type, external)
 
   !> A tool may overlap the body by this share of the cell size before the first step.
   real(wp), parameter :: LARGEST_OVERLAP = 0.1_wp
+  !> Surfaces so far apart, by the cell size, are tied where the user says nothing else.
+  real(wp), parameter :: TIED_REACH = 0.1_wp
+  !> What coordinates of surfaces that touch may be apart, by the reach [1].
+  real(wp), parameter :: ROUNDING = 1.0e-6_wp
 
 contains
 
@@ -48,8 +53,12 @@ contains
     type(status_t), intent(inout) :: status
 
     type(group_t) :: friction_group
+    type(sticking_t) :: bond
 
-    if (keys%friction == 'none') then
+    if (keys%tied) then
+      call sticking_create(bond)
+      allocate (law, source=bond)
+    else if (keys%friction == 'none') then
       call default_friction(deck, law, status)
     else
       call deck%find('friction', keys%friction, friction_group, status, from=group, key='friction')
@@ -246,7 +255,8 @@ contains
 
     real(wp), allocatable :: all_nodal(:, :), penalty(:)
     integer, allocatable :: owner(:)
-    real(wp) :: reach
+    real(wp) :: depth, inertia, reach, tangential
+    logical :: separates
     integer :: n
 
     associate (surface => self%surface)
@@ -257,9 +267,15 @@ contains
                                               [size(surface%facet_node, 1) * size(slave)]))), &
                   maxval(all_nodal(2, reshape(surface%facet_node(:, master), &
                                               [size(surface%facet_node, 1) * size(master)]))))
+      depth = reach
+      if (keys%tied) then
+        reach = TIED_REACH * reach
+        if (keys%adjusts) reach = max(keys%fit%tolerance, ROUNDING * reach)
+        depth = reach
+      end if
       call contact_pair_create(self%mesh%dimension, self%settings%kind == AXISYMMETRIC, &
                                surface%facet_node(:, slave), surface%facet_node(:, master), n, &
-                               reach, reach, keys%smoothing, keys%feature_angle * DEGREE, &
+                               reach, depth, keys%smoothing, keys%feature_angle * DEGREE, &
                                pair%surfaces)
       call contact_formulation_create(keys%formulation, keys%choice, pair%formulation)
       if (.not. allocated(pair%formulation)) then
@@ -273,10 +289,18 @@ contains
       call pair%formulation%list_owners(pair%surfaces, owner)
       penalty = keys%penalty * pair_stiffness(surface%facet_node(:, slave), &
                                               surface%facet_node(:, master), all_nodal(1, :))
-      call body_contact_create(group%name, law, keys%separation, owner, surface%is_own, &
+      separates = keys%separation
+      tangential = keys%tangential
+      inertia = keys%inertia
+      if (keys%tied) then
+        ! Of the same stiffness in all directions
+        separates = .false.
+        tangential = 1.0_wp
+        inertia = 0.0_wp
+      end if
+      call body_contact_create(group%name, law, separates, owner, surface%is_own, &
                                surface%mesh_node, all_nodal(2, :), penalty, &
-                               keys%tangential * penalty, keys%enforcement, keys%inertia, &
-                               pair%contact)
+                               tangential * penalty, keys%enforcement, inertia, pair%contact)
       call check_start(self, group, keys, pair, status)
     end associate
 
@@ -314,6 +338,10 @@ contains
     call self%surface%gather(self%mesh%coordinates, self%surface_start)
     call pair%surfaces%begin_step(self%surface_start)
     call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+    if (keys%tied) then
+      call bind_pair(self, group, keys, pair, status)
+      return
+    end if
     call pair%contact%adjust(pair%rows, keys%fit)
     if (keys%fit%duration > 0.0_wp) then
       call need_overlap(self, group, keys, pair, status)
@@ -363,6 +391,33 @@ contains
                       'there is no `interference`')
 
   end subroutine need_overlap
+
+  !> Collective. Tie two surfaces where they meet.
+  subroutine bind_pair(self, group, keys, pair, status)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(in) :: group
+    type(contact_keys_t), intent(in) :: keys
+    type(body_pair_t), intent(inout) :: pair
+    type(status_t), intent(inout) :: status
+
+    integer(gp) :: n_tied
+
+    n_tied = int(pair%rows%n_row, gp)
+    call self%comm%sum(n_tied)
+    if (n_tied == 0_gp) then
+      if (keys%adjusts) then
+        call status%raise(STATUS_ERROR, 'bind_pair', group%describe('adjust')//': nowhere are '// &
+                          'the surfaces so close to each other: nothing is tied')
+      else
+        call status%raise(STATUS_ERROR, 'bind_pair', group%describe('tied')//': nowhere are '// &
+                          'the surfaces within '//text(pair%surfaces%reach)//' [length] of '// &
+                          'each other, a tenth of a cell: let them touch, or give `adjust`')
+      end if
+      return
+    end if
+    call pair%contact%bind(self%mesh%dimension, pair%rows, self%surface_start)
+
+  end subroutine bind_pair
 
   !> Collective. A facet that meets a tool by two contacts would be pushed twice.
   subroutine check_pairs(self, n, tool, facet, group, status)

@@ -460,8 +460,12 @@ contains
       associate (pair => self%pairs(i))
         text = text//new_line('a')//'contact '//pair%contact%name//': between bodies, '// &
           number_of(int(pair%surfaces%slave%n_facet, gp))//' facets on '// &
-          number_of(int(pair%surfaces%master%n_facet, gp))//', friction '// &
-          pair%contact%friction%name
+          number_of(int(pair%surfaces%master%n_facet, gp))
+        if (pair%contact%is_tied) then
+          text = text//', tied'
+        else
+          text = text//', friction '//pair%contact%friction%name
+        end if
       end associate
     end do
 

@@ -18,8 +18,12 @@ contains
     call self%surface%gather(flow_stress, on_surface)
     do i = 1, size(self%pairs)
       associate (pair => self%pairs(i))
-        call pair%surfaces%begin_step(self%surface_start)
-        call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+        if (pair%contact%is_tied) then
+          call pair%contact%tie%begin_step(self%surface_start, pair%rows)
+        else
+          call pair%surfaces%begin_step(self%surface_start)
+          call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+        end if
         call pair%contact%set_times(self%time, self%time_new)
         pair%contact%inertia%is_steady = self%carries .and. self%dt_last > 0.0_wp &
           .and. .not. self%changes_course(self%time)
@@ -32,10 +36,20 @@ contains
   module procedure evaluate_pairs
 
     real(wp), allocatable, target :: force(:, :)
+    real(wp), allocatable :: increment(:, :)
     real(wp), pointer :: list(:)
     integer :: i, n
 
     call self%surface%gather(moved, self%surface_moved)
+    if (any(self%pairs%contact%is_tied)) then
+      allocate (increment(3, self%surface%n_node))
+      call self%surface%gather(self%increment, increment)
+      do i = 1, size(self%pairs)
+        associate (pair => self%pairs(i))
+          if (pair%contact%is_tied) call pair%contact%tie%update(increment, pair%rows)
+        end associate
+      end do
+    end if
     allocate (force(3, self%surface%n_node), source=0.0_wp)
     do i = 1, size(self%pairs)
       call evaluate_pair(self, self%pairs(i), force)
@@ -63,13 +77,16 @@ contains
     type(contact_blocks_t) :: turning
     integer :: i
 
-    call pair%surfaces%update(self%surface_moved)
-    call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+    if (.not. pair%contact%is_tied) then
+      call pair%surfaces%update(self%surface_moved)
+      call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+    end if
     call pair%blocks%start()
     call pair%unsymmetric%start()
     call pair%contact%evaluate(pair%rows, self%surface_start, self%surface_moved, &
                                self%time_new - self%time, self%slip_rate, force, pair%blocks, &
                                pair%unsymmetric)
+    if (pair%contact%is_tied) return
     call pair%formulation%stiffness(pair%surfaces, pair%rows, &
                                     pair%contact%row_pressure(:pair%rows%n_row), turning)
     ! The residual has the forces with the opposite sign
