@@ -209,6 +209,7 @@ contains
     type(condition_list_t), intent(inout) :: list
 
     integer :: f, n, owner, q
+    real(wp) :: x(3)
     real(wp), allocatable :: barycentric(:, :), weight(:)
     type(contact_condition_t) :: condition
 
@@ -221,8 +222,10 @@ contains
         do q = 1, n_point
           owner = owner_of(node, barycentric(:n, q))
           if (.not. mine(owner)) cycle
-          call find_foot(master, slave%point(f, barycentric(:, q)), slave%normal(:, f:f), &
-                         pair%reach, pair%depth, pair%smoothing, condition%foot)
+          x = slave%point(f, barycentric(:, q))
+          if (pair%smoothing) x = x + slave%rise(f, barycentric(:, q)) * slave%normal(:, f)
+          call find_foot(master, x, slave%normal(:, f:f), pair%reach, pair%depth, &
+                         pair%smoothing, condition%foot)
           if (condition%foot%facet == 0) cycle
           condition%slave = owner
           condition%key = key_offset + (f - 1) * n_point + q

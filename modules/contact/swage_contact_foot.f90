@@ -10,7 +10,8 @@
 !>
 !> On a flat facet s is n, κ and g are the gradients of the weights and W is 0. On an edge and at a
 !> vertex g and κ are those along the feature, and W is the curvature of the distance. On a smoothed
-!> facet n is interpolated from the normals of the sectors, which count as fixed: g is 0.
+!> facet y lies on its curved patch, and n is interpolated from the normals of the sectors; the
+!> normals and the height of the patch over the facet count as fixed: g is 0.
 module swage_contact_foot
   use swage_bounding_tree, only: tree_search_t
   use swage_contact_surface, only: contact_surface_t
@@ -342,8 +343,8 @@ contains
 
   end function is_below
 
-  !> The foot along the interpolated normals, \(x = y(\xi) - p\, n(\xi)\), by Newton's method; over
-  !> to the neighbour where it leaves the facet and the normals go on.
+  !> The foot along the interpolated normals, \(x = y(\xi) - p\, n(\xi)\) with y on the patch, by
+  !> Newton's method; over to the neighbour where it leaves the facet and the normals go on.
   subroutine stand_on_smoothed(surface, x, start, start_weight, foot, found)
     type(contact_surface_t), intent(in) :: surface
     real(wp), intent(in) :: x(3)
@@ -367,7 +368,7 @@ contains
     p = 0.0_wp
     call take_facet()
     do i = 1, MAXIMUM_STEPS
-      y = point_of(corner, weight)
+      y = point_of(corner, weight) + surface%rise(facet, weight) * surface%normal(:, facet)
       normal = point_of(field, weight)
       if (i == 1) p = dot_product(y - x, normal) / dot_product(normal, normal)
       miss = x - y + p * normal
@@ -436,9 +437,16 @@ contains
     !> How x changes with the weights and with -p.
     subroutine set_frame()
 
-      frame(:, 1) = corner(:, 2) - corner(:, 1) - p * (field(:, 2) - field(:, 1))
+      real(wp) :: climb(3)
+
+      climb = surface%rise_by_weight(facet, weight)
+      frame(:, 1) = corner(:, 2) - corner(:, 1) - p * (field(:, 2) - field(:, 1)) &
+        + (climb(2) - climb(1)) * surface%normal(:, facet)
       frame(:, 2) = [0.0_wp, 0.0_wp, 1.0_wp]
-      if (n == 3) frame(:, 2) = corner(:, 3) - corner(:, 1) - p * (field(:, 3) - field(:, 1))
+      if (n == 3) then
+        frame(:, 2) = corner(:, 3) - corner(:, 1) - p * (field(:, 3) - field(:, 1)) &
+          + (climb(3) - climb(1)) * surface%normal(:, facet)
+      end if
       frame(:, 3) = normal
 
     end subroutine set_frame

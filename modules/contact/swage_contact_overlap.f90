@@ -2,7 +2,8 @@
 !>
 !> The way from a point x of the slave to the master goes along the slave's normal n, either that of
 !> the facet or, smoothed, the one interpolated from the normals of its sectors:
-!> \(x = y + p\, n\) with the penetration p.
+!> \(x = y + p\, n\) with the penetration p. Smoothed, x and y lie on the curved patches of
+!> [[swage_contact_surface]], whose heights over the facets count as fixed in all derivatives.
 !>
 !> `clipped`: each slave facet is cut into the pieces that it has in common with master facets seen
 !> along its normal (Sutherland and Hodgman), and these are integrated exactly. `slave`: a rule of
@@ -38,8 +39,12 @@ module swage_contact_overlap
     real(wp) :: area = 0.0_wp
     !> [length]
     real(wp) :: penetration = 0.0_wp
+    !> How much of it is by the patches of both sides over their facets [length].
+    real(wp) :: bulge = 0.0_wp
     !> Out of the slave.
     real(wp) :: normal(3) = 0.0_wp
+    !> Derivative of the penetration by a motion of the point.
+    real(wp) :: climb(3) = 0.0_wp
   end type overlap_point_t
 
   !> Points in the order of the slave facets: those of facet f are `first(f)` to `first(f + 1) - 1`.
@@ -137,8 +142,11 @@ contains
     !> False when it is too far, or the planes too slanted.
     logical, intent(out) :: meets
 
-    integer :: a
-    real(wp) :: cosine, from(3), gradient(3, 3), x(3)
+    !> The height of the master's patch hardly changes along a normal: each step gains two digits.
+    integer, parameter :: STEPS = 6
+
+    integer :: a, i
+    real(wp) :: cosine, from(3), gradient(3, 3), height, rise, x(3)
 
     associate (slave => pair%slave, master => pair%master)
       point%slave_facet = f
@@ -158,15 +166,49 @@ contains
       meets = cosine < -SLANTED
       if (.not. meets) return
       from = x - master%x(:, master%facet(1, m))
-      point%penetration = dot_product(master%normal(:, m), from) / cosine
-      meets = point%penetration >= -pair%reach .and. point%penetration <= pair%depth
-      if (.not. meets) return
+      height = dot_product(master%normal(:, m), from)
+      point%penetration = height / cosine
+      if (pair%smoothing) then
+        rise = slave%rise(f, slave_weight)
+        from = from + rise * slave%normal(:, f)
+        height = height + rise * dot_product(master%normal(:, m), slave%normal(:, f))
+        point%bulge = -point%penetration
+        point%penetration = height / cosine
+      end if
       gradient = master%gradients(m)
-      point%master_weight = matmul(from - point%penetration * point%normal, gradient)
-      point%master_weight(1) = 1.0_wp - point%master_weight(2) - point%master_weight(3)
+      point%master_weight = weights_at(from - point%penetration * point%normal, gradient)
+      point%climb = master%normal(:, m)
+      if (pair%smoothing) then
+        if (any(abs(master%bulge(:, m)) > 0.0_wp)) then
+          do i = 1, STEPS
+            point%penetration = (height - master%rise(m, point%master_weight)) / cosine
+            point%master_weight = weights_at(from - point%penetration * point%normal, gradient)
+          end do
+          point%climb = point%climb &
+            - matmul(gradient, master%rise_by_weight(m, point%master_weight))
+        end if
+        point%bulge = point%bulge + point%penetration
+      end if
+      meets = point%penetration >= -pair%reach .and. point%penetration <= pair%depth .and. &
+        dot_product(point%climb, point%normal) < -SLANTED
+      if (.not. meets) return
+      point%climb = point%climb / dot_product(point%climb, point%normal)
     end associate
 
   end subroutine send
+
+  !> Weights of the corners at a point of a facet.
+  pure function weights_at(from, gradient) result(weight)
+    !> From the first corner to the point [length].
+    real(wp), intent(in) :: from(3)
+    !> Of the weights [1/length].
+    real(wp), intent(in) :: gradient(3, 3)
+    real(wp) :: weight(3)
+
+    weight = matmul(from, gradient)
+    weight(1) = 1.0_wp - weight(2) - weight(3)
+
+  end function weights_at
 
   !> A rule on the whole facet; each point goes to the nearest facet it meets.
   subroutine add_whole_facet(pair, f, candidate, barycentric, weight, overlap)

@@ -93,6 +93,9 @@ contains
         cycle
       end if
       gap(f) = -foot%penetration
+      if (pair%smoothing) then
+        gap(f) = gap(f) - surface%rise(f, middle) - other%rise(foot%facet, foot%weight)
+      end if
       cosine = dot_product(surface%normal(:, f), other%normal(:, foot%facet))
       share(f) = min(max((cosine - FACING) / (FULL - FACING), 0.0_wp), 1.0_wp)
     end do

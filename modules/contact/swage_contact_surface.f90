@@ -3,8 +3,15 @@
 !> Facets are flat: lines in the plane, triangles in space, outward oriented. At each node the
 !> facets around it fall into sectors, within which the surface is smooth: neighbours belong
 !> together when their normals differ by less than the feature angle. Each sector has a normal, the
-!> mean of those of its facets, in space weighted by their angles at the node. Sectors and areas
-!> are those of the start of the step, everything else is of the present iterate.
+!> mean of those of its facets, in space weighted by their angles at the node. Sectors, areas and
+!> bulges are those of the start of the step, everything else is of the present iterate.
+!>
+!> Smoothed, a facet is a curved patch that meets the normals of its sectors: with the weights w of
+!> its corners it rises over its plane by \(\sum_k b_k w_k w_{k+1}\), b the bulges of its sides,
+!> half the tangents of the normals against the facet's at both ends of a side, times its length
+!> (the quadratic patch of [[swage_facet]], its part across the facet). Where a sector ends at a rim
+!> or a sharp edge, the curvature of the side goes on as it was: its normals there know one side
+!> only.
 !>
 !> A surface may be that of a whole body: facets that turn away from the other surface do not count
 !> in the areas pressed on, so that a node at an edge has the area of the side that is in contact.
@@ -52,6 +59,8 @@ module swage_contact_surface
     !> their corners from the axis [length], shapes (n_facet), (n_dim, n_facet); area of the nodes
     !> [length^2], in the plane for a unit thickness; shape (n_node).
     real(wp), allocatable :: extent(:), radius(:, :), area(:)
+    !> Bulges of the sides, in the plane the first alone [length]; shape (3, n_facet).
+    real(wp), allocatable :: bulge(:, :)
     !> How much of each facet counts, least share of any facet for a node, and the area of the nodes
     !> that counts [1], [1], [length^2]; shapes (n_facet), (n_node), (n_node).
     real(wp), allocatable :: share(:), least_share(:), pressed_area(:)
@@ -86,6 +95,10 @@ module swage_contact_surface
     procedure :: pressed_mass => contact_surface_pressed_mass
     !> Gradients of the weights of the corners along a facet.
     procedure :: gradients => contact_surface_gradients
+    !> Height of the smoothed facet over its plane, at given weights.
+    procedure :: rise => contact_surface_rise
+    !> Its derivatives by the weights.
+    procedure :: rise_by_weight => contact_surface_rise_by_weight
     !> True when the facets of a node look towards a surface with the given normal.
     procedure :: faces => contact_surface_faces
   end type contact_surface_t
@@ -144,7 +157,8 @@ contains
 
     allocate (surface%extent(surface%n_facet), surface%radius(n_dim, surface%n_facet), &
               surface%area(n_node), surface%pressed_area(n_node), surface%x(3, n_node), &
-              surface%normal(3, surface%n_facet), source=0.0_wp)
+              surface%normal(3, surface%n_facet), surface%bulge(3, surface%n_facet), &
+              source=0.0_wp)
     allocate (surface%share(surface%n_facet), surface%least_share(n_node), &
               surface%nearness(surface%n_facet), surface%nearest(n_node), source=1.0_wp)
     allocate (surface%sector(n_dim, surface%n_facet), source=0)
@@ -214,8 +228,64 @@ contains
     call find_boxes(self, lower, upper)
     call bounding_tree_create(lower, upper, self%tree)
     call self%update(x)
+    call find_bulges(self)
 
   end subroutine contact_surface_begin_step
+
+  !> How far the patches that meet the normals of the sectors rise over their facets.
+  pure subroutine find_bulges(surface)
+    type(contact_surface_t), intent(inout) :: surface
+
+    integer :: f, k, last
+    logical :: ends(surface%n_dim)
+    real(wp) :: side(3), tangent(2)
+
+    surface%bulge = 0.0_wp
+    do f = 1, surface%n_facet
+      do k = 1, surface%n_dim
+        ends(k) = is_end(surface, f, k)
+      end do
+      do k = 1, merge(1, 3, surface%n_dim == 2)
+        last = NEXT(k)
+        associate (node => surface%facet(:, f), up => surface%normal(:, f), &
+                   normal_first => surface%sector_normal(:, surface%sector(k, f)), &
+                   normal_last => surface%sector_normal(:, surface%sector(last, f)))
+          side = surface%x(:, node(last)) - surface%x(:, node(k))
+          tangent(1) = -dot_product(normal_first, side) / dot_product(normal_first, up)
+          tangent(2) = dot_product(normal_last, side) / dot_product(normal_last, up)
+        end associate
+        if (ends(k) .and. .not. ends(last)) tangent(1) = tangent(2)
+        if (ends(last) .and. .not. ends(k)) tangent(2) = tangent(1)
+        surface%bulge(k, f) = 0.5_wp * (tangent(1) + tangent(2))
+      end do
+    end do
+
+  end subroutine find_bulges
+
+  !> True when the sector of a corner does not go all around its node.
+  pure function is_end(surface, facet, corner) result(ends)
+    type(contact_surface_t), intent(in) :: surface
+    integer, intent(in) :: facet
+    integer, intent(in) :: corner
+    logical :: ends
+
+    integer :: i
+
+    ends = .false.
+    associate (node => surface%facet(corner, facet), mine => surface%sector(corner, facet))
+      do i = surface%first(node), surface%first(node + 1) - 1
+        associate (f => surface%around(i), a => surface%around_corner(i))
+          if (surface%sector(a, f) /= mine) then
+            ends = .true.
+          else
+            ends = ends .or. surface%neighbour(a, f) == 0
+            if (surface%n_dim == 3) ends = ends .or. surface%neighbour(NEXT(NEXT(a)), f) == 0
+          end if
+        end associate
+      end do
+    end associate
+
+  end function is_end
 
   !> A node of which little counts keeps a tenth of its area, one of which nothing does keeps all:
   !> it must not be free to penetrate when it comes into contact during the step.
@@ -536,6 +606,40 @@ contains
     end associate
 
   end function contact_surface_gradients
+
+  pure function contact_surface_rise(self, facet, weight) result(rise)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    !> Of the corners.
+    real(wp), intent(in) :: weight(3)
+    !> Outward [length].
+    real(wp) :: rise
+
+    integer :: k
+
+    rise = 0.0_wp
+    do k = 1, 3
+      rise = rise + self%bulge(k, facet) * weight(k) * weight(NEXT(k))
+    end do
+
+  end function contact_surface_rise
+
+  pure function contact_surface_rise_by_weight(self, facet, weight) result(slope)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    !> Of the corners.
+    real(wp), intent(in) :: weight(3)
+    !> [length]
+    real(wp) :: slope(3)
+
+    integer :: k
+
+    do k = 1, 3
+      slope(k) = self%bulge(k, facet) * weight(NEXT(k)) &
+        + self%bulge(NEXT(NEXT(k)), facet) * weight(NEXT(NEXT(k)))
+    end do
+
+  end function contact_surface_rise_by_weight
 
   pure function contact_surface_faces(self, node, normal, limit) result(is_facing)
     class(contact_surface_t), intent(in) :: self

@@ -106,12 +106,9 @@ contains
     integer :: a
 
     pull = pair%master%gradients(point%master_facet)
-    associate (master_normal => pair%master%normal(:, point%master_facet))
-      do a = 1, pair%master%n_dim
-        pull(:, a) = pull(:, a) - dot_product(pull(:, a), point%normal) &
-          / dot_product(master_normal, point%normal) * master_normal
-      end do
-    end associate
+    do a = 1, pair%master%n_dim
+      pull(:, a) = pull(:, a) - dot_product(pull(:, a), point%normal) * point%climb
+    end do
 
   end subroutine master_pull
 

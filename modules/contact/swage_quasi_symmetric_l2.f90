@@ -172,7 +172,7 @@ contains
 
     integer :: a, f, m, n
     !> Of the slave's corners, then the master's; `sway` is what turning normals add to the slope.
-    real(wp) :: climb(3), force(3, 6), gradient(3, 3), near, share(6), slope(3, 6), sway(3), whole
+    real(wp) :: force(3, 6), gradient(3, 3), near, share(6), slope(3, 6), sway(3), whole
 
     n = pair%slave%n_dim
     f = overlap%point(q)%slave_facet
@@ -187,7 +187,6 @@ contains
       if (overlap%point(q)%master_facet /= m) exit
       associate (point => overlap%point(q))
         whole = near * point%area * point%slave_weight(corner)
-        climb = pair%master%normal(:, m) / dot_product(point%normal, pair%master%normal(:, m))
         sway = whole * point%penetration * point%normal
         do a = 1, n
           associate (on_slave => whole * point%slave_weight(a), &
@@ -196,9 +195,9 @@ contains
             share(3 + a) = share(3 + a) - on_master
             force(:, a) = force(:, a) - on_slave * point%normal
             force(:, 3 + a) = force(:, 3 + a) + on_master * point%normal
-            slope(:, a) = slope(:, a) + on_slave * climb &
-              + dot_product(climb, gradient(:, a)) * sway
-            slope(:, 3 + a) = slope(:, 3 + a) - on_master * climb
+            slope(:, a) = slope(:, a) + on_slave * point%climb &
+              + dot_product(point%climb, gradient(:, a)) * sway
+            slope(:, 3 + a) = slope(:, 3 + a) - on_master * point%climb
           end associate
         end do
       end associate

@@ -207,7 +207,7 @@ contains
       beside = beside + point%master_weight(a) * (x - spread(:, j))
       turned = turned + dot_product(point%normal, x - spread(:, j)) * pull(:, a)
     end do
-    gap = gap + whole * dot_product(point%normal, beside)
+    gap = gap + whole * (dot_product(point%normal, beside) + point%bulge)
     gradient = 0.0_wp
     if (.not. pair%smoothing) gradient = pair%slave%gradients(point%slave_facet)
     do a = 1, pair%slave%n_dim

@@ -132,8 +132,8 @@ contains
                     choices=[character(len=7) :: 'clipped', 'slave'])
     call group%take('quadrature_points', keys%choice%n_point, 'Points on a facet of the slave '// &
                     'where integrals are not clipped.', lower=1)
-    call group%take('smoothing', keys%smoothing, 'Normals interpolated between nodes, instead '// &
-                    'of those of flat facets.')
+    call group%take('smoothing', keys%smoothing, 'Facets curved to normals interpolated '// &
+                    'between nodes, instead of flat ones.')
     call group%take('feature_angle', keys%feature_angle, 'angle', 'Angle between normals of '// &
                     'facets from which on an edge is sharp.', above=0.0_wp, below=180.0_wp)
     call group%take('adjust', keys%fit%tolerance, 'length', 'Gaps and overlaps of the drawing '// &
