@@ -20,7 +20,8 @@ module swage_contact_state
   implicit none(type, external)
   private
 
-  public :: contact_state_t, contact_state_create, contact_work_t, enforcement_t
+  public :: contact_census_t, contact_state_t, contact_state_create, contact_work_t, enforcement_t
+  public :: CENSUS_ITERATIONS
   public :: PENALTY, AUGMENTED_LAGRANGIAN, ENFORCEMENT_NAMES
 
   integer, parameter :: PENALTY = 1, AUGMENTED_LAGRANGIAN = 2
@@ -43,6 +44,24 @@ module swage_contact_state
   real(wp), parameter :: EXPECTED_SHARE = 0.25_wp
   real(wp), parameter :: PENALTY_GROWTH = 5.0_wp
   real(wp), parameter :: LARGEST_GROWTH = 25.0_wp
+
+  !> Iterations in which a change of state is of late.
+  integer, parameter :: CENSUS_ITERATIONS = 5
+
+  !> How a contact stands in the midst of iterations.
+  type :: contact_census_t
+    !> Conditions that touch, that changed their state of late, and all: of this rank, to be summed,
+    !> and of all ranks.
+    integer(gp) :: counts(3) = 0_gp
+    integer :: n_active = 0
+    integer :: n_changed = 0
+    integer :: n = 0
+    !> Deepest condition of this rank, 0 for none, and its penetration by the cell size [1].
+    integer :: deepest = 0
+    real(wp) :: share = 0.0_wp
+    !> Positive when it was inside before the first step.
+    real(wp) :: starts_inside = 0.0_wp
+  end type contact_census_t
 
   !> How strictly a contact is enforced.
   type :: enforcement_t
@@ -117,6 +136,12 @@ module swage_contact_state
     !> condition is held in its state.
     integer, allocatable :: n_change(:)
     logical, allocatable :: was_active(:), held(:)
+    !> Iterations of the step, and the one in which each condition changed its state last, 0 for
+    !> none.
+    integer :: n_iteration = 0
+    integer, allocatable :: changed_at(:)
+    !> True once a step has been accepted.
+    logical :: has_stepped = .false.
     !> True for a condition in contact at the start of the step; it stays so until the iterations
     !> have converged for the first time: then `keeping` ends when one of them pulls.
     logical, allocatable :: touched(:)
@@ -147,6 +172,8 @@ module swage_contact_state
     procedure :: decide => contact_state_decide
     !> Once an iteration: hold conditions that alternate between contact and none.
     procedure :: hold => contact_state_hold
+    !> How the conditions of this rank stand.
+    procedure :: take_census => contact_state_take_census
     !> What `judge` decides by, of this rank's conditions.
     procedure :: measure => contact_state_measure
     !> Judge converged iterations: go on with other multipliers or states, or be done.
@@ -203,7 +230,7 @@ contains
               state%traction_was(3, n), source=0.0_wp)
     allocate (state%active(n), state%bonded(n), state%was_active(n), state%held(n), &
               state%touched(n), state%turned_about(n), source=.false.)
-    allocate (state%n_change(n), source=0)
+    allocate (state%n_change(n), state%changed_at(n), source=0)
     call sliding_inertia_create(inertia, n, state%inertia)
     call remember_standing(state)
 
@@ -220,6 +247,8 @@ contains
     self%traction_was = 0.0_wp
     self%was_active = self%active
     self%n_change = 0
+    self%n_iteration = 0
+    self%changed_at = 0
     self%n_augmentation = 0
     self%n_release = 0
     self%penetration_before = huge(1.0_wp)
@@ -282,8 +311,12 @@ contains
 
     integer :: i
 
+    self%n_iteration = self%n_iteration + 1
     do i = 1, ubound(self%tag, 1)
-      if (self%active(i) .neqv. self%was_active(i)) self%n_change(i) = self%n_change(i) + 1
+      if (self%active(i) .neqv. self%was_active(i)) then
+        self%n_change(i) = self%n_change(i) + 1
+        self%changed_at(i) = self%n_iteration
+      end if
       self%was_active(i) = self%active(i)
       if (self%n_change(i) > FREE_CHANGES) self%held(i) = .true.
     end do
@@ -291,6 +324,32 @@ contains
     self%traction_was = self%traction
 
   end subroutine contact_state_hold
+
+  !> The first iteration finds contact where there was none: that is no change of late.
+  pure subroutine contact_state_take_census(self, census)
+    class(contact_state_t), intent(in) :: self
+    type(contact_census_t), intent(out) :: census
+
+    real(wp) :: share
+    integer :: i
+
+    do i = 1, ubound(self%tag, 1)
+      if (self%active(i)) census%counts(1) = census%counts(1) + 1_gp
+      if (self%changed_at(i) > max(1, self%n_iteration - CENSUS_ITERATIONS)) then
+        census%counts(2) = census%counts(2) + 1_gp
+      end if
+      share = self%penetration(i) / self%size(i)
+      if (.not. self%active(i) .or. share <= census%share) cycle
+      census%share = share
+      census%deepest = i
+      census%starts_inside = 0.0_wp
+      if (.not. self%has_stepped) then
+        census%starts_inside = max(self%penetration_old(i) - 0.5_wp * self%penetration(i), 0.0_wp)
+      end if
+    end do
+    census%counts(3) = ubound(self%tag, 1, gp)
+
+  end subroutine contact_state_take_census
 
   !> Maxima over this rank's conditions, to be made those of all ranks.
   pure subroutine contact_state_measure(self, measures)
@@ -448,6 +507,7 @@ contains
     self%traction_old = self%traction
     if (self%enforcement%kind == AUGMENTED_LAGRANGIAN) self%multiplier_old = self%pressure
     self%growth_old = self%growth
+    self%has_stepped = .true.
     if (.not. self%separation) self%bonded = self%bonded .or. self%active
     call remember_standing(self)
 
@@ -554,6 +614,7 @@ contains
     type(status_t), intent(inout) :: status
 
     call snapshot%get(title//'penalty growth', self%growth_old, status)
+    self%has_stepped = .true.
     call remember_forces(self)
     call remember_standing(self)
 

@@ -258,8 +258,9 @@ module swage_mechanics
     real(wp) :: slip_rate = 0.0_wp
     !> Shortest step that a law recommends [time].
     real(wp) :: recommended_step = huge(1.0_wp)
-    !> Where the equilibrium error is largest, for messages.
-    character(len=:), allocatable :: worst
+    !> The own node where the forces are most out of balance, 0 for none, and their square there.
+    integer :: worst_node = 0
+    real(wp) :: worst_force = -1.0_wp
     !> Lines for the log.
     character(len=:), allocatable :: notes
     !> At the last accepted step.
@@ -275,6 +276,8 @@ module swage_mechanics
     procedure :: correct => mechanics_correct
     procedure :: move => mechanics_move
     procedure :: describe_worst => mechanics_describe_worst
+    !> Collective. What the contacts may have to do with the failure of a step.
+    procedure :: blame_contact => mechanics_blame_contact
     procedure :: augment => mechanics_augment
     procedure :: trusted_share => mechanics_trusted_share
     !> Collective. Prepare a step: motion to impose, areas of contact, first guess.
@@ -480,6 +483,21 @@ module swage_mechanics
       class(mechanics_t), intent(in) :: self
       character(len=:), allocatable :: words
     end function out_of_balance
+
+    !> Collective. Where forces are most out of balance.
+    module function mechanics_describe_worst(self) result(place)
+      implicit none(type, external)
+      class(mechanics_t), intent(in) :: self
+      character(len=:), allocatable :: place
+    end function mechanics_describe_worst
+
+    !> Collective. What the contacts may have to do with the failure of a step.
+    module subroutine mechanics_blame_contact(self, words)
+      implicit none(type, external)
+      class(mechanics_t), intent(in) :: self
+      !> To be appended to the message; empty where there is nothing to say.
+      character(len=:), allocatable, intent(out) :: words
+    end subroutine mechanics_blame_contact
 
     !> Collective. Conditions between bodies at the start of the step.
     module subroutine begin_pairs(self, flow_stress)
@@ -849,22 +867,10 @@ contains
       self%work_error = abs(sums(7)) / max(sums(8), WORK_SHARE * self%energies%largest, &
                                            self%energies%least)
     end if
-    self%worst = ''
-    if (node > 0) then
-      self%worst = 'node '//text(int(self%mesh%node_tag(node)))// &
-        near(self%mesh%coordinates(:, node))
-    end if
+    self%worst_node = node
+    self%worst_force = largest
 
   end subroutine measure_errors
-
-  function mechanics_describe_worst(self) result(place)
-    class(mechanics_t), intent(in) :: self
-    character(len=:), allocatable :: place
-
-    place = 'force error '//text(self%errors(1))//', volume error '//text(self%errors(2))// &
-      ', largest force at '//self%worst//out_of_balance(self)
-
-  end function mechanics_describe_worst
 
   subroutine mechanics_correct(self, status)
     class(mechanics_t), intent(inout) :: self

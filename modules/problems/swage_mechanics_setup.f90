@@ -37,7 +37,6 @@ contains
     mechanics%settings = settings
     mechanics%units = units
     mechanics%notes = ''
-    mechanics%worst = ''
     call move_mesh(mesh, mechanics%mesh)
     n = mechanics%mesh%dimension
 

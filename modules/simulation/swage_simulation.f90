@@ -453,6 +453,7 @@ contains
     real(wp), intent(in) :: time
     type(status_t), intent(inout) :: status
 
+    character(len=:), allocatable :: blame
     type(newton_report_t) :: report
     type(status_t) :: outcome
     type(step_control_t) :: before
@@ -473,6 +474,8 @@ contains
       call self%write_report()
       if (.not. outcome%failed()) exit
 
+      call self%mechanics%blame_contact(blame)
+      outcome%message = trim(outcome%message)//blame
       call self%mechanics%reject_step()
       self%tally%n_cut = self%tally%n_cut + 1
       self%tally%n_failed_iteration = self%tally%n_failed_iteration + report%n_iteration

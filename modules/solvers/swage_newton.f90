@@ -68,7 +68,7 @@ module swage_newton
     procedure(correct_problem), deferred :: correct
     !> Set the unknowns to the remembered ones plus a share of the correction.
     procedure(move_unknowns), deferred :: move
-    !> Where the error is worst, for messages.
+    !> Collective. Where the error is worst, for messages.
     procedure(worst_place), deferred :: describe_worst
     !> Collective. Judge converged unknowns.
     procedure :: augment => accept_converged

@@ -11,6 +11,7 @@ import resource
 import signal
 import time
 
+import swage_mesh_writer
 import swage_process
 from swage_process import Process, differences, deviation, run as run_case, write_case
 
@@ -30,6 +31,20 @@ CASE = """
 &solver tolerance = 1e-10 pressure_tolerance = 1e-9 maximum_iterations = {iterations} /
 &output double_precision = .true. {output} /
 &restart {restart} /
+"""
+# The upper block has a round foot and is held by its contact alone.
+BODIES = """
+&job units = 'mm-tonne-s' dimension = 'plane_strain' /
+&mesh file = 'bodies.msh' /
+&body name = 'lower' material = 'steel' group = 'LOWER_BODY' /
+&body name = 'upper' material = 'steel' group = 'UPPER_BODY' /
+&material name = 'steel' law = 'j2' young = 200000 poisson = 0.3 flow_stress = 'hardening' /
+&flow_stress name = 'hardening' kind = 'linear' yield_stress = 200 hardening_modulus = 300 /
+&boundary name = 'base' kind = 'fixed' group = 'LOWER_BOTTOM' /
+&boundary name = 'top' group = 'UPPER_TOP' {top} /
+&contact name = 'middle' slave = 'UPPER_BOTTOM' master = 'LOWER_TOP' penalty_factor = 1000 /
+&step duration = 1 increments = 1 maximum_cuts = 1 /
+&solver tolerance = 1e-10 maximum_iterations = 3 /
 """
 PLANE = {'dimension': 'axisymmetric', 'mesh': 'billet', 'top': '0, 15, 0', 'down': '0, -1, 0',
          'up': '0, 1, 0', 'velocity': '0, -2, 0'}
@@ -53,6 +68,10 @@ def run(context):
     context.rectangle('billet', 5, 6, lambda x, y: (10 * x, 15 * y))
     context.rectangle('other', 5, 6, lambda x, y: (10 * x, 15 * y + 0.1 * x * (1 - x) * y * (1 - y)))
     context.box('block', 12, 12, 12, lambda x, y, z: (10 * x, 10 * y, 15 * z))
+    context.bodies('bodies', {
+        'LOWER': swage_mesh_writer.rectangle_mesh(6, 4, lambda x, y: (20 * x, 5 * y)),
+        'UPPER': swage_mesh_writer.rectangle_mesh(
+            7, 5, lambda x, y: (5 + 10 * x, 5 + 8 * y + 0.4 * (1 - y) * (2 * x - 1)**2))})
     context.rectangle('fine', 60, 60, lambda x, y: (10 * x, 15 * y))
     write_case(context, 'whole', text())
     code, output = run_case(context, 'whole')
@@ -140,11 +159,30 @@ def no_convergence(context, ranks):
     name = f'hopeless_{ranks}'
     write_case(context, name, text(increments=2, cuts=1, iterations=3))
     code, output = run_case(context, name, ranks=ranks)
-    faults = judge(code, 4, output, ['increment 1', 'Give more increments or cuts', '--restart'])
+    faults = judge(code, 4, output, ['increment 1', 'Give more increments or cuts', '--restart',
+                                     'contact top: 6 of 17 conditions touch',
+                                     'changed their state in the last 5 iterations',
+                                     'of a cell inside, at node '])
     # With what it lacked the run goes on
     context.folder.joinpath(f'{name}.nml').write_text(text(), encoding='utf-8')
     code, output = run_case(context, name, ['--restart'], ranks)
     return faults + judge(code, 0, output, []) + compare(context, name, 2, fields=False)
+
+
+def no_convergence_between_bodies(context, ranks):
+    """No convergence of bodies: the contact that comes and goes, and one that nothing touches."""
+    name = f'bodies_{ranks}'
+    faults = []
+    for top, words in (
+            ("kind = 'velocity' velocity = 0, -1",
+             ['contact middle: ', ' of 8 conditions touch, 8 changed their state',
+              ' of a cell inside, at node ', 'a smaller penalty_factor']),
+            ("kind = 'pressure' pressure = -500",
+             ['no contact touches: a body that no boundary holds rests on nothing'])):
+        write_case(context, name, BODIES.format(top=top))
+        code, output = run_case(context, name, ranks=ranks)
+        faults += judge(code, 4, output, ['no convergence', 'largest force at node ', *words])
+    return faults
 
 
 def restart_file_damaged(context, ranks):
@@ -290,6 +328,7 @@ def results_missing(context, ranks):
 
 
 FAILURES = (disk_full, disk_full_meanwhile, disk_full_for_restart, memory_short, no_convergence,
+            no_convergence_between_bodies,
             restart_file_damaged, restart_files_damaged, restart_of_another_mesh, mesh_damaged, signals_while_writing,
             folder_not_writable, results_missing)
 
