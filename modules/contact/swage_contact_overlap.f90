@@ -58,6 +58,22 @@ module swage_contact_overlap
     integer :: n_point = 3
   end type contact_overlap_t
 
+  !> How points of a slave facet reach the plane of a master one.
+  type :: beam_t
+    integer :: slave_facet = 0
+    integer :: master_facet = 0
+    !> True when all points go the same way: what they meet is linear in their weights.
+    logical :: is_straight = .false.
+    !> Of straight ones: whether the planes are not too slanted, the normal, how the penetration
+    !> changes with the point, and penetration [length] and weights on the master of the slave's
+    !> corners, corners last.
+    logical :: meets = .false.
+    real(wp) :: normal(3) = 0.0_wp
+    real(wp) :: climb(3) = 0.0_wp
+    real(wp) :: penetration(3) = 0.0_wp
+    real(wp) :: weight(3, 3) = 0.0_wp
+  end type beam_t
+
 contains
 
   !> Find the points of all slave facets with a node of this rank.
@@ -131,14 +147,67 @@ contains
 
   end subroutine find_candidates
 
-  !> Send a point of a slave facet to the plane of a master facet.
-  pure subroutine send(pair, f, m, slave_weight, point, meets)
+  pure subroutine aim(pair, f, m, beam)
     type(contact_pair_t), intent(in) :: pair
     integer, intent(in) :: f
     integer, intent(in) :: m
+    type(beam_t), intent(out) :: beam
+
+    integer :: a
+    real(wp) :: cosine, from(3), gradient(3, 3)
+
+    beam%slave_facet = f
+    beam%master_facet = m
+    beam%is_straight = .not. pair%smoothing
+    if (.not. beam%is_straight) return
+    associate (slave => pair%slave, master => pair%master)
+      beam%normal = slave%normal(:, f)
+      cosine = dot_product(beam%normal, master%normal(:, m))
+      beam%meets = cosine < -SLANTED
+      if (.not. beam%meets) return
+      beam%climb = master%normal(:, m) / cosine
+      gradient = master%gradients(m)
+      do a = 1, slave%n_dim
+        from = slave%x(:, slave%facet(a, f)) - master%x(:, master%facet(1, m))
+        beam%penetration(a) = dot_product(master%normal(:, m), from) / cosine
+        beam%weight(:, a) = weights_at(from - beam%penetration(a) * beam%normal, gradient)
+      end do
+    end associate
+
+  end subroutine aim
+
+  !> Send a point of a slave facet to the plane of a master facet.
+  pure subroutine send(pair, beam, slave_weight, point, meets)
+    type(contact_pair_t), intent(in) :: pair
+    type(beam_t), intent(in) :: beam
     real(wp), intent(in) :: slave_weight(3)
     !> All but its area.
     type(overlap_point_t), intent(out) :: point
+    !> False when it is too far, or the planes too slanted.
+    logical, intent(out) :: meets
+
+    point%slave_facet = beam%slave_facet
+    point%master_facet = beam%master_facet
+    point%slave_weight = slave_weight
+    if (beam%is_straight) then
+      meets = beam%meets
+      if (.not. meets) return
+      point%normal = beam%normal
+      point%climb = beam%climb
+      point%penetration = dot_product(beam%penetration, slave_weight)
+      point%master_weight = beam%weight(:, 1) * slave_weight(1) &
+        + beam%weight(:, 2) * slave_weight(2) + beam%weight(:, 3) * slave_weight(3)
+      meets = point%penetration >= -pair%reach .and. point%penetration <= pair%depth
+    else
+      call send_along_smoothed(pair, point, meets)
+    end if
+
+  end subroutine send
+
+  pure subroutine send_along_smoothed(pair, point, meets)
+    type(contact_pair_t), intent(in) :: pair
+    !> With its facets and its place on the slave.
+    type(overlap_point_t), intent(inout) :: point
     !> False when it is too far, or the planes too slanted.
     logical, intent(out) :: meets
 
@@ -146,56 +215,44 @@ contains
     integer, parameter :: STEPS = 6
 
     integer :: a, i
-    real(wp) :: cosine, from(3), gradient(3, 3), height, rise, x(3)
+    real(wp) :: cosine, from(3), gradient(3, 3), height, rise
 
-    associate (slave => pair%slave, master => pair%master)
-      point%slave_facet = f
-      point%master_facet = m
-      point%slave_weight = slave_weight
-      point%normal = slave%normal(:, f)
-      x = slave%point(f, slave_weight)
-      if (pair%smoothing) then
-        point%normal = 0.0_wp
-        do a = 1, slave%n_dim
-          point%normal = point%normal &
-            + slave_weight(a) * slave%sector_normal(:, slave%sector(a, f))
-        end do
-        point%normal = normalised(point%normal)
-      end if
+    associate (slave => pair%slave, master => pair%master, f => point%slave_facet, &
+               m => point%master_facet)
+      point%normal = 0.0_wp
+      do a = 1, slave%n_dim
+        point%normal = point%normal &
+          + point%slave_weight(a) * slave%sector_normal(:, slave%sector(a, f))
+      end do
+      point%normal = normalised(point%normal)
       cosine = dot_product(point%normal, master%normal(:, m))
       meets = cosine < -SLANTED
       if (.not. meets) return
-      from = x - master%x(:, master%facet(1, m))
+      from = slave%point(f, point%slave_weight) - master%x(:, master%facet(1, m))
       height = dot_product(master%normal(:, m), from)
+      point%bulge = -height / cosine
+      rise = slave%rise(f, point%slave_weight)
+      from = from + rise * slave%normal(:, f)
+      height = height + rise * dot_product(master%normal(:, m), slave%normal(:, f))
       point%penetration = height / cosine
-      if (pair%smoothing) then
-        rise = slave%rise(f, slave_weight)
-        from = from + rise * slave%normal(:, f)
-        height = height + rise * dot_product(master%normal(:, m), slave%normal(:, f))
-        point%bulge = -point%penetration
-        point%penetration = height / cosine
-      end if
       gradient = master%gradients(m)
       point%master_weight = weights_at(from - point%penetration * point%normal, gradient)
       point%climb = master%normal(:, m)
-      if (pair%smoothing) then
-        if (any(abs(master%bulge(:, m)) > 0.0_wp)) then
-          do i = 1, STEPS
-            point%penetration = (height - master%rise(m, point%master_weight)) / cosine
-            point%master_weight = weights_at(from - point%penetration * point%normal, gradient)
-          end do
-          point%climb = point%climb &
-            - matmul(gradient, master%rise_by_weight(m, point%master_weight))
-        end if
-        point%bulge = point%bulge + point%penetration
+      if (any(abs(master%bulge(:, m)) > 0.0_wp)) then
+        do i = 1, STEPS
+          point%penetration = (height - master%rise(m, point%master_weight)) / cosine
+          point%master_weight = weights_at(from - point%penetration * point%normal, gradient)
+        end do
+        point%climb = point%climb - matmul(gradient, master%rise_by_weight(m, point%master_weight))
       end if
+      point%bulge = point%bulge + point%penetration
       meets = point%penetration >= -pair%reach .and. point%penetration <= pair%depth .and. &
         dot_product(point%climb, point%normal) < -SLANTED
       if (.not. meets) return
       point%climb = point%climb / dot_product(point%climb, point%normal)
     end associate
 
-  end subroutine send
+  end subroutine send_along_smoothed
 
   !> Weights of the corners at a point of a facet.
   pure function weights_at(from, gradient) result(weight)
@@ -221,12 +278,16 @@ contains
 
     integer :: i, q
     logical :: meets
+    type(beam_t) :: beam(size(candidate))
     type(overlap_point_t) :: best, point
 
+    do i = 1, size(candidate)
+      call aim(pair, f, candidate(i), beam(i))
+    end do
     do q = 1, size(weight)
       best%master_facet = 0
       do i = 1, size(candidate)
-        call send(pair, f, candidate(i), barycentric(:, q), point, meets)
+        call send(pair, beam(i), barycentric(:, q), point, meets)
         if (.not. meets) cycle
         if (minval(point%master_weight(:pair%master%n_dim)) < -ON_SIDE) cycle
         if (best%master_facet > 0) then
@@ -254,11 +315,13 @@ contains
     logical :: meets
     real(wp) :: cut(2 * size(candidate) + 2), high(size(candidate)), low(size(candidate)), middle, &
       nearest, slave_weight(3)
+    type(beam_t) :: beam(size(candidate))
     type(overlap_point_t) :: point
 
     cut(1:2) = [0.0_wp, 1.0_wp]
     n = 2
     do i = 1, size(candidate)
+      call aim(pair, f, candidate(i), beam(i))
       associate (one => place(pair%master%facet(1, candidate(i))), &
                  two => place(pair%master%facet(2, candidate(i))))
         low(i) = max(min(one, two), 0.0_wp)
@@ -276,16 +339,16 @@ contains
       nearest = huge(1.0_wp)
       do i = 1, size(candidate)
         if (middle < low(i) .or. middle > high(i)) cycle
-        call send(pair, f, candidate(i), [1.0_wp - middle, middle, 0.0_wp], point, meets)
+        call send(pair, beam(i), [1.0_wp - middle, middle, 0.0_wp], point, meets)
         if (.not. meets .or. abs(point%penetration) >= nearest) cycle
         nearest = abs(point%penetration)
-        best = candidate(i)
+        best = i
       end do
       if (best == 0) cycle
       do q = 1, size(weight)
         middle = barycentric(1, q) * cut(piece) + barycentric(2, q) * cut(piece + 1)
         slave_weight = [1.0_wp - middle, middle, 0.0_wp]
-        call send(pair, f, best, slave_weight, point, meets)
+        call send(pair, beam(best), slave_weight, point, meets)
         if (.not. meets) cycle
         point%area = weight(q) * (cut(piece + 1) - cut(piece)) * pair%slave%measure(f, slave_weight)
         call append(overlap, point)
@@ -342,14 +405,22 @@ contains
 
     integer :: begin, i, k, n_corner, q
     logical :: meets
-    real(wp) :: covered, piece(2, MOST_CORNERS), share, shadow(2, 3), slave_weight(3)
+    real(wp) :: covered, gradient(3, 3), piece(2, MOST_CORNERS), share, shadow(2, 3), &
+      slave_weight(3)
+    type(beam_t) :: beam
     type(overlap_point_t) :: point
 
     begin = overlap%n + 1
     covered = 0.0_wp
+    gradient = pair%slave%gradients(f)
     do i = 1, size(candidate)
-      call cast_shadow(pair, f, candidate(i), shadow)
+      call cast_shadow(pair, f, gradient, candidate(i), shadow)
+      ! Wholly beyond a side
+      if (all(shadow(1, :) <= 0.0_wp) .or. all(shadow(2, :) <= 0.0_wp) .or. &
+          all(shadow(1, :) + shadow(2, :) >= 1.0_wp)) cycle
       call cut_triangle(shadow, piece, n_corner)
+      if (n_corner < 3) cycle
+      call aim(pair, f, candidate(i), beam)
       do k = 2, n_corner - 1
         ! By the whole facet, whose area is 1/2 in these coordinates
         share = abs((piece(1, k) - piece(1, 1)) * (piece(2, k + 1) - piece(2, 1)) &
@@ -359,7 +430,7 @@ contains
           slave_weight(2:3) = barycentric(1, q) * piece(:, 1) + barycentric(2, q) * piece(:, k) &
             + barycentric(3, q) * piece(:, k + 1)
           slave_weight(1) = 1.0_wp - slave_weight(2) - slave_weight(3)
-          call send(pair, f, candidate(i), slave_weight, point, meets)
+          call send(pair, beam, slave_weight, point, meets)
           if (.not. meets) cycle
           point%area = weight(q) * share * pair%slave%measure(f, slave_weight)
           covered = covered + weight(q) * share
@@ -372,16 +443,16 @@ contains
   end subroutine add_pieces_of_triangle
 
   !> Where the corners of a master triangle lie on the plane of a slave one: weights 2 and 3 there.
-  pure subroutine cast_shadow(pair, f, m, shadow)
+  pure subroutine cast_shadow(pair, f, gradient, m, shadow)
     type(contact_pair_t), intent(in) :: pair
     integer, intent(in) :: f
+    !> Of the slave facet.
+    real(wp), intent(in) :: gradient(3, 3)
     integer, intent(in) :: m
     real(wp), intent(out) :: shadow(2, 3)
 
     integer :: a
-    real(wp) :: gradient(3, 3)
 
-    gradient = pair%slave%gradients(f)
     do a = 1, 3
       shadow(:, a) = matmul(pair%master%x(:, pair%master%facet(a, m)) &
                             - pair%slave%x(:, pair%slave%facet(1, f)), gradient(:, 2:3))
@@ -452,14 +523,19 @@ contains
 
     integer :: i, n, q
     logical :: keep, meets
+    type(beam_t) :: beam(size(candidate))
     type(overlap_point_t) :: point
+
+    do i = 1, size(candidate)
+      call aim(pair, f, candidate(i), beam(i))
+    end do
 
     n = begin - 1
     do q = begin, overlap%n
       keep = .true.
       do i = 1, size(candidate)
         if (candidate(i) == overlap%point(q)%master_facet) cycle
-        call send(pair, f, candidate(i), overlap%point(q)%slave_weight, point, meets)
+        call send(pair, beam(i), overlap%point(q)%slave_weight, point, meets)
         if (.not. meets) cycle
         if (minval(point%master_weight) < ON_SIDE) cycle
         keep = keep .and. abs(point%penetration) >= abs(overlap%point(q)%penetration)

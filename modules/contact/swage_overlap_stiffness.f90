@@ -24,6 +24,16 @@ module swage_overlap_stiffness
     real(wp) :: master_by_master(3, 3, 3, 3) = 0.0_wp
   end type pair_stiffness_t
 
+  !> Sums of loads over points with one normal.
+  type :: load_sums_t
+    !> First of the points.
+    integer :: first = 0
+    !> Load times weights of the corners [force], and times penetration [force*length].
+    real(wp) :: slave(3) = 0.0_wp
+    real(wp) :: master(3) = 0.0_wp
+    real(wp) :: penetration = 0.0_wp
+  end type load_sums_t
+
 contains
 
   !> The stiffness of the next pair of facets with a load.
@@ -37,64 +47,111 @@ contains
     !> Its facets are 0 when there is no further pair.
     type(pair_stiffness_t), intent(out) :: stiffness
 
-    integer :: a, n
-    real(wp) :: load
+    integer :: facet, n
+    real(wp) :: load, node_load(3)
+    type(load_sums_t) :: sums
 
     n = pair%slave%n_dim
+    facet = 0
+    node_load = 0.0_wp
     do while (point <= overlap%n)
       associate (here => overlap%point(point))
         if (stiffness%slave_facet > 0 .and. (here%slave_facet /= stiffness%slave_facet .or. &
-                                             here%master_facet /= stiffness%master_facet)) return
-        load = 0.0_wp
-        do a = 1, n
-          load = load + pair%slave%near_share(here%slave_facet, a) * here%slave_weight(a) &
-            * pressure(pair%slave%facet(a, here%slave_facet))
-        end do
-        load = here%area * load
+                                             here%master_facet /= stiffness%master_facet)) exit
+        if (here%slave_facet /= facet) then
+          facet = here%slave_facet
+          node_load(:n) = nodal_loads(pair, facet, pressure)
+        end if
+        load = here%area * dot_product(here%slave_weight(:n), node_load(:n))
         if (abs(load) > 0.0_wp) then
+          if (stiffness%slave_facet == 0) sums%first = point
           stiffness%slave_facet = here%slave_facet
           stiffness%master_facet = here%master_facet
-          call add_point(pair, here, load, stiffness)
+          if (pair%smoothing) then
+            call start_sums(here, load, sums)
+            call add_sums(pair, here, sums, stiffness)
+          else
+            call add_to_sums(here, load, sums)
+          end if
         end if
       end associate
       point = point + 1
     end do
+    if (stiffness%slave_facet == 0 .or. pair%smoothing) return
+    call add_sums(pair, overlap%point(sums%first), sums, stiffness)
 
   end subroutine next_pair_stiffness
 
-  subroutine add_point(pair, point, load, stiffness)
+  !> Pressures of the corners of a slave facet as far as it counts for them.
+  pure function nodal_loads(pair, facet, pressure) result(load)
     type(contact_pair_t), intent(in) :: pair
+    integer, intent(in) :: facet
+    real(wp), intent(in) :: pressure(:)
+    real(wp) :: load(pair%slave%n_dim)
+
+    integer :: a
+
+    do a = 1, pair%slave%n_dim
+      load(a) = pair%slave%near_share(facet, a) * pressure(pair%slave%facet(a, facet))
+    end do
+
+  end function nodal_loads
+
+  pure subroutine start_sums(point, load, sums)
+    type(overlap_point_t), intent(in) :: point
+    real(wp), intent(in) :: load
+    type(load_sums_t), intent(inout) :: sums
+
+    sums%slave = 0.0_wp
+    sums%master = 0.0_wp
+    sums%penetration = 0.0_wp
+    call add_to_sums(point, load, sums)
+
+  end subroutine start_sums
+
+  pure subroutine add_to_sums(point, load, sums)
     type(overlap_point_t), intent(in) :: point
     !> [force]
     real(wp), intent(in) :: load
+    type(load_sums_t), intent(inout) :: sums
+
+    sums%slave = sums%slave + load * point%slave_weight
+    sums%master = sums%master + load * point%master_weight
+    sums%penetration = sums%penetration + load * point%penetration
+
+  end subroutine add_to_sums
+
+  !> Add what the points of some sums give, which have the normal of one of them.
+  subroutine add_sums(pair, point, sums, stiffness)
+    type(contact_pair_t), intent(in) :: pair
+    type(overlap_point_t), intent(in) :: point
+    type(load_sums_t), intent(in) :: sums
     type(pair_stiffness_t), intent(inout) :: stiffness
 
     integer :: a, b
-    real(wp) :: along(3, 3, 3), block(3, 3), gradient(3, 3), pull(3, 3), straight(3, 3)
+    real(wp) :: across(3, 3), along(3, 3, 3), gradient(3, 3), pull(3, 3), straight(3, 3)
 
     call master_pull(pair, point, pull)
     gradient = 0.0_wp
     if (.not. pair%smoothing) gradient = pair%slave%gradients(point%slave_facet)
-    straight = load * point%penetration * dyadic(point%normal, point%normal)
+    straight = sums%penetration * dyadic(point%normal, point%normal)
     do a = 1, pair%slave%n_dim
-      along(:, :, a) = load * dyadic(point%normal, pull(:, a))
+      along(:, :, a) = dyadic(point%normal, pull(:, a))
     end do
-    associate (slave => point%slave_weight, master => point%master_weight)
-      do b = 1, pair%slave%n_dim
-        block = load * dyadic(gradient(:, b), point%normal)
-        do a = 1, pair%slave%n_dim
-          stiffness%slave_by_slave(:, :, a, b) = stiffness%slave_by_slave(:, :, a, b) &
-            + slave(a) * block
-          stiffness%master_by_slave(:, :, a, b) = stiffness%master_by_slave(:, :, a, b) &
-            + slave(b) * along(:, :, a) - master(a) * block &
-            + dot_product(pull(:, a), gradient(:, b)) * straight
-          stiffness%master_by_master(:, :, a, b) = stiffness%master_by_master(:, :, a, b) &
-            - master(b) * along(:, :, a)
-        end do
+    do b = 1, pair%slave%n_dim
+      across = dyadic(gradient(:, b), point%normal)
+      do a = 1, pair%slave%n_dim
+        stiffness%slave_by_slave(:, :, a, b) = stiffness%slave_by_slave(:, :, a, b) &
+          + sums%slave(a) * across
+        stiffness%master_by_slave(:, :, a, b) = stiffness%master_by_slave(:, :, a, b) &
+          + sums%slave(b) * along(:, :, a) - sums%master(a) * across &
+          + dot_product(pull(:, a), gradient(:, b)) * straight
+        stiffness%master_by_master(:, :, a, b) = stiffness%master_by_master(:, :, a, b) &
+          - sums%master(b) * along(:, :, a)
       end do
-    end associate
+    end do
 
-  end subroutine add_point
+  end subroutine add_sums
 
   !> How the weights on the master change when the point moves across the normal.
   pure subroutine master_pull(pair, point, pull)
