@@ -34,6 +34,10 @@ module swage_coupling_matrix
     real(wp), allocatable :: values(:, :, :)
     !> Part of `values` that a symmetric factor is to leave out; see [[block_matrix_t]].
     real(wp), allocatable :: unsymmetric(:, :, :)
+    !> Pairs that were expected last, their places, and how many of them blocks have been added to:
+    !> most iterations expect the same pairs in the same order.
+    integer, allocatable, private :: expected_row(:), expected_column(:), expected_place(:)
+    integer, private :: n_added = 0
   contains
     !> Blocks of this rank.
     procedure :: n_block => coupling_matrix_n_block
@@ -79,6 +83,7 @@ contains
     allocate (matrix%is_own, source=is_own)
     allocate (matrix%row_start(matrix%n_node + 1), source=1)
     allocate (matrix%column(0), matrix%values(n_dim, n_dim, 0), matrix%unsymmetric(n_dim, n_dim, 0))
+    allocate (matrix%expected_row(0), matrix%expected_column(0), matrix%expected_place(0))
 
   end subroutine coupling_matrix_create
 
@@ -114,7 +119,7 @@ contains
 
   end function coupling_matrix_block_at
 
-  !> Values are zero afterwards when the pattern has grown.
+  !> Values are zero afterwards when the pattern has grown. Adding is fastest in the same order.
   subroutine coupling_matrix_expect(self, rows, columns)
     class(coupling_matrix_t), intent(inout) :: self
     !> Pairs of nodes, in any order, repeated or not.
@@ -126,13 +131,8 @@ contains
 
     n_pair = size(rows)
     n_old = size(self%column)
-    grows = 0
-    do i = 1, n_pair
-      if (self%block_at(rows(i), columns(i)) == 0) then
-        grows = 1
-        exit
-      end if
-    end do
+    call remember_expected(self, rows, columns)
+    grows = merge(1, 0, any(self%expected_place == 0))
     call self%comm%max(grows)
     if (grows == 0) return
 
@@ -147,8 +147,40 @@ contains
     keys(n_old + 2 * n_pair + 1:) = [(key_of(self%n_node, i, i), i=1, self%n_node)]
     call set_pattern(self, keys(sorting_order(keys)))
     self%version = self%version + 1
+    call find_expected(self)
 
   end subroutine coupling_matrix_expect
+
+  pure subroutine remember_expected(matrix, rows, columns)
+    type(coupling_matrix_t), intent(inout) :: matrix
+    integer, intent(in) :: rows(:)
+    integer, intent(in) :: columns(:)
+
+    matrix%n_added = 0
+    if (size(rows) == size(matrix%expected_row)) then
+      if (all(rows == matrix%expected_row .and. columns == matrix%expected_column)) return
+    end if
+    matrix%expected_row = rows
+    matrix%expected_column = columns
+    call find_expected(matrix)
+
+  end subroutine remember_expected
+
+  !> Places of the pairs that are expected; 0 where the pattern lacks them.
+  pure subroutine find_expected(matrix)
+    type(coupling_matrix_t), intent(inout) :: matrix
+
+    integer :: i
+
+    if (size(matrix%expected_place) /= size(matrix%expected_row)) then
+      deallocate (matrix%expected_place)
+      allocate (matrix%expected_place(size(matrix%expected_row)))
+    end if
+    do i = 1, size(matrix%expected_row)
+      matrix%expected_place(i) = matrix%block_at(matrix%expected_row(i), matrix%expected_column(i))
+    end do
+
+  end subroutine find_expected
 
   !> Number of a pair.
   elemental function key_of(n_node, row, column) result(key)
@@ -218,7 +250,13 @@ contains
     integer :: n, place
 
     n = self%n_dim
-    place = self%block_at(row, column)
+    place = 0
+    self%n_added = self%n_added + 1
+    if (self%n_added <= size(self%expected_row)) then
+      if (self%expected_row(self%n_added) == row .and. &
+          self%expected_column(self%n_added) == column) place = self%expected_place(self%n_added)
+    end if
+    if (place == 0) place = self%block_at(row, column)
     self%values(:, :, place) = self%values(:, :, place) + block(:n, :n)
     if (.not. is_unsymmetric) return
     self%unsymmetric(:, :, place) = self%unsymmetric(:, :, place) + block(:n, :n)
