@@ -2,14 +2,13 @@
 !>
 !> \(g_k = \frac12 \left( p_k + \sum_j m_{jk} p_j / \sum_j m_{jk} \right)\) with the penetration of
 !> the slave node into the master and those of master nodes into the slave: eq. 11 of the paper in
-!> docs/theory to the letter. The caller's weights \(m_{jk}\) are held in the derivative. With the
-!> consistent projection, the penetrations of the master nodes are those that its mass matrix gives
-!> back; the derivative takes the nodes' own.
+!> docs/theory to the letter, whose second integral is
+!> \(\int h_{ba} \sum_j N_j^b S_{jk}\, dS = \sum_j (M_{bb} S)_{jk} \, p_j\). The caller's weights
+!> \(m_{jk}\) are these; they are held in the derivative.
 module swage_averaged_gap
   use swage_contact_conditions, only: condition_list_t, node_conditions
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_rows_t
-  use swage_contact_surface, only: contact_surface_t
   use swage_kinds, only: wp
   use swage_relation, only: pair_list_t, relation_from_pairs, relation_t
   implicit none(type, external)
@@ -22,8 +21,6 @@ module swage_averaged_gap
     type(condition_list_t) :: slave, master
     !> Place in these lists of each node, 0 for none.
     integer, allocatable :: place(:)
-    !> What counts as the penetration of each master node [length].
-    real(wp), allocatable :: penetration(:)
     !> Distance of a node that sees nothing [length].
     real(wp) :: reach = 0.0_wp
   contains
@@ -37,14 +34,13 @@ module swage_averaged_gap
 
 contains
 
-  subroutine averaged_gap_prepare(self, pair, mine, asked, consistent)
+  subroutine averaged_gap_prepare(self, pair, mine, asked)
     class(averaged_gap_t), intent(inout) :: self
     type(contact_pair_t), intent(in) :: pair
     !> Slave nodes of this rank; shape (n_node).
     logical, intent(in) :: mine(:)
-    !> Master nodes whose distances count; all of them when the projection is consistent.
+    !> Master nodes whose distances count; shape (n_node).
     logical, intent(in) :: asked(:)
-    logical, intent(in) :: consistent
 
     integer :: i
 
@@ -53,89 +49,16 @@ contains
     self%master%n = 0
     call node_conditions(pair, pair%slave, pair%master, mine, self%slave)
     call node_conditions(pair, pair%master, pair%slave, asked, self%master)
-    if (allocated(self%place)) deallocate (self%place, self%penetration)
+    if (allocated(self%place)) deallocate (self%place)
     allocate (self%place(pair%n_node), source=0)
-    allocate (self%penetration(pair%n_node), source=0.0_wp)
     do i = 1, self%slave%n
       self%place(self%slave%item(i)%slave) = i
     end do
     do i = 1, self%master%n
       self%place(self%master%item(i)%slave) = i
-      self%penetration(self%master%item(i)%slave) = self%master%item(i)%foot%penetration
     end do
-    if (consistent) then
-      call spread_penetration(pair%master, self%place > 0 .and. pair%master%area > 0.0_wp, &
-                              self%penetration)
-    end if
 
   end subroutine averaged_gap_prepare
-
-  !> Solve M z = A p on the nodes that have a penetration p, by conjugate gradients; A are the sums
-  !> of the rows of M.
-  subroutine spread_penetration(surface, counts, value)
-    type(contact_surface_t), intent(in) :: surface
-    !> Shape (n_node).
-    logical, intent(in) :: counts(:)
-    !> p on entry, z on return [length]; shape (n_node).
-    real(wp), intent(inout) :: value(:)
-
-    integer, parameter :: MAXIMUM_ITERATIONS = 200
-    real(wp), parameter :: TOLERANCE = 1.0e-15_wp, LEAST_SHARE = 1.0e-3_wp
-
-    integer :: iteration
-    real(wp) :: first, old, scale, step
-    real(wp), allocatable :: area(:), direction(:), image(:), residual(:)
-
-    allocate (area(size(value)), direction(size(value)), image(size(value)), residual(size(value)))
-    direction = merge(1.0_wp, 0.0_wp, counts)
-    call multiply(direction, area)
-    where (.not. counts) area = 1.0_wp
-    call multiply(value, image)
-    residual = merge(area * value - image, 0.0_wp, counts)
-    direction = residual / area
-    scale = dot_product(residual, direction)
-    first = dot_product(area, merge(value, 0.0_wp, counts)**2)
-    do iteration = 1, MAXIMUM_ITERATIONS
-      if (scale <= TOLERANCE**2 * first) exit
-      call multiply(direction, image)
-      ! Nothing but rounding is left
-      if (.not. dot_product(direction, image) > 0.0_wp) exit
-      step = scale / dot_product(direction, image)
-      value = value + step * direction
-      residual = residual - step * image
-      old = scale
-      scale = dot_product(residual, residual / area)
-      if (.not. old > 0.0_wp) exit
-      direction = residual / area + scale / old * direction
-    end do
-
-  contains
-
-    subroutine multiply(vector, image_of)
-      real(wp), intent(in) :: vector(:)
-      real(wp), intent(out) :: image_of(:)
-
-      integer :: a, b, f
-      real(wp) :: mass(3, 3)
-
-      image_of = 0.0_wp
-      do f = 1, surface%n_facet
-        ! A little of every facet, so that no node is left without any
-        mass = max(surface%share(f), LEAST_SHARE) * surface%mass(f)
-        associate (node => surface%facet(:, f))
-          do b = 1, surface%n_dim
-            if (.not. counts(node(b))) cycle
-            do a = 1, surface%n_dim
-              if (.not. counts(node(a))) cycle
-              image_of(node(a)) = image_of(node(a)) + mass(a, b) * vector(node(b))
-            end do
-          end do
-        end associate
-      end do
-
-    end subroutine multiply
-
-  end subroutine spread_penetration
 
   subroutine averaged_gap_find_seen(self, n_node, seen_by)
     class(averaged_gap_t), intent(in) :: self
@@ -194,8 +117,8 @@ contains
       if (.not. whole > 0.0_wp) return
       do i = 1, size(master_node)
         if (self%place(master_node(i)) == 0) cycle
-        gap = gap + share * weight(i) / whole * self%penetration(master_node(i))
         associate (other => self%master%item(self%place(master_node(i))))
+          gap = gap + share * weight(i) / whole * other%foot%penetration
           call other%add_slope(share * area * weight(i) / whole, rows)
         end associate
       end do

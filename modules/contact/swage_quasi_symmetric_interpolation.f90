@@ -70,7 +70,7 @@ contains
     real(wp), allocatable :: weight(:)
 
     all_nodes = .true.
-    call self%distances%prepare(pair, mine, all_nodes, .false.)
+    call self%distances%prepare(pair, mine, all_nodes)
     call self%distances%find_seen(pair%n_node, self%seen_by)
     allocate (master_node(self%distances%master%n), weight(self%distances%master%n))
     call rows%start(pair%n_node)

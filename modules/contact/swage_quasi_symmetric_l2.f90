@@ -77,13 +77,16 @@ contains
     type(contact_rows_t), intent(inout) :: rows
 
     integer :: i, k, node, q
-    logical :: all_nodes(pair%n_node)
+    logical :: asked(pair%n_node)
     real(wp) :: area, gap, near, normal(3), share
 
     call find_overlap(pair, mine, self%overlap)
     if (self%averaged) then
-      all_nodes = .true.
-      call self%distances%prepare(pair, mine, all_nodes, .true.)
+      asked = .false.
+      do q = 1, self%overlap%n
+        asked(pair%master%facet(:, self%overlap%point(q)%master_facet)) = .true.
+      end do
+      call self%distances%prepare(pair, mine, asked)
     end if
     call rows%start(pair%n_node)
     do k = 1, size(pair%slave%node)

@@ -91,7 +91,7 @@ contains
       asked(pair%master%facet(:, self%overlap%point(q)%master_facet)) = .true.
     end do
     if (self%averaged) then
-      call self%distances%prepare(pair, mine, asked, .false.)
+      call self%distances%prepare(pair, mine, asked)
     else
       call spread_positions(pair, asked, spread)
     end if

@@ -68,7 +68,7 @@ contains
     logical :: all_nodes(pair%n_node)
 
     all_nodes = .true.
-    call self%distances%prepare(pair, mine, all_nodes, .false.)
+    call self%distances%prepare(pair, mine, all_nodes)
     call self%distances%find_seen(pair%n_node, self%seen_by)
     call rows%start(pair%n_node)
     do i = 1, self%distances%slave%n
