@@ -5,10 +5,13 @@ strain. The stress is uniform, -1, in both blocks: what differs is the error of 
 (Taylor and Papadopoulos, 1991). Penalties are 1, 100 and 1e4 times E/h; the factor of `&contact`
 counts in the stiffness 3G/h of cells.
 
-Integrals on the pieces that facets have in common are exact, whatever the penalty. On whole facets
-of the slave they are wrong by a percent, less with more points. Nodal contact fails by some per cent:
-that it does, and by how much, is checked too. The force goes through whole but for `half_pass`,
-which has no reactions.
+Integrals on the pieces that facets have in common are exact, whatever the penalty: the projections
+`l2` and `lumped` with both gaps, 1e-10. So is `half_pass` as long as the pressure is uniform; its
+matrix is far from symmetric, 1e-9. On whole facets of the slave integrals are wrong by less than a
+percent, and less with more points; in space, three points on a triangle are too few. Nodal contact
+fails by some per cent: that it does, and by how much, is checked too. The others are there to compare; none may be wrong by more than three tenths.
+No node lies on an edge of the other side, where the force of the nodal projection has a kink.
+The interface is drawn at 0, where places are rounded least: times the penalty, rounding is force.
 """
 import swage_mesh_writer
 
@@ -35,39 +38,55 @@ PENALTIES = (1, 100, 1e4)
 STIFFNESS = 3 / (2 * 1.3)
 
 
+EXACT = {
+    'l2': "formulation = 'quasi_symmetric'",
+    'l2, averaged gap': "formulation = 'quasi_symmetric' gap = 'averaged'",
+    'lumped': "formulation = 'quasi_symmetric' projection = 'lumped' smoothing = .false.",
+    'lumped, averaged gap': "formulation = 'quasi_symmetric' projection = 'lumped' gap = 'averaged'",
+    'half-pass': "formulation = 'half_pass'"}
+OTHERS = {
+    'one point': "formulation = 'master_slave' variant = 'one_point'",
+    'full': "formulation = 'master_slave' variant = 'full'",
+    'symmetric': "formulation = 'symmetric'",
+    'interpolation': "formulation = 'quasi_symmetric' projection = 'interpolation'",
+    'nodal projection': "formulation = 'quasi_symmetric' projection = 'nodal'"}
+NODAL = "formulation = 'master_slave'"
+ON_SLAVE = "formulation = 'quasi_symmetric' quadrature = 'slave' quadrature_points = {}"
+
+
 def run(context):
     lower = swage_mesh_writer.rectangle_mesh(
-        len(LOWER) - 1, 4, lambda x, y: (LOWER[round(x * (len(LOWER) - 1))], 0.5 * y))
-    upper = swage_mesh_writer.rectangle_mesh(9, 4, lambda x, y: (x, 0.5 + 0.5 * y))
+        len(LOWER) - 1, 4, lambda x, y: (LOWER[round(x * (len(LOWER) - 1))], 0.5 * y - 0.5))
+    upper = swage_mesh_writer.rectangle_mesh(9, 4, lambda x, y: (x, 0.5 * y))
     context.bodies('plane', {'LOWER': lower, 'UPPER': upper})
     context.bodies('space', {
-        'LOWER': swage_mesh_writer.box_mesh(4, 4, 2, lambda x, y, z: (x, y, 0.5 * z)),
-        'UPPER': swage_mesh_writer.box_mesh(6, 6, 2, lambda x, y, z: (x, y, 0.5 + 0.5 * z))})
+        'LOWER': swage_mesh_writer.box_mesh(4, 4, 2, lambda x, y, z: (
+            x + 0.1 * x * (1 - x), y - 0.15 * y * (1 - y), 0.5 * z - 0.5)),
+        'UPPER': swage_mesh_writer.box_mesh(6, 6, 2, lambda x, y, z: (x, y, 0.5 * z))})
 
-    exact = "formulation = 'quasi_symmetric'"
-    for shape, mesh in ((PLANE, 'plane'), (SPACE, 'space')):
-        title = '2D' if mesh == 'plane' else '3D'
+    for shape, mesh, counts in ((PLANE, 'plane', (2, 5)), (SPACE, 'space', (6, 12))):
         for penalty in PENALTIES:
-            error = patch(context, shape, mesh, exact, penalty)
-            yield context.zero(f'{title}, l2, clipped, penalty {penalty:g} E/h', error, 1e-10)
-            error = patch(context, shape, mesh, "formulation = 'master_slave'", penalty)
-            yield context.above(f'{title}, master/slave at nodes, penalty {penalty:g} E/h', error,
-                                1e-3)
-            yield context.below(f'{title}, master/slave at nodes, penalty {penalty:g} E/h', error,
-                                0.2)
-
-    yield context.zero('2D, lumped, penalty 100 E/h',
-                       patch(context, PLANE, 'plane', exact + " projection = 'lumped'", 100), 1e-10)
-    errors = [patch(context, PLANE, 'plane', f"{exact} quadrature = 'slave' quadrature_points = {n}",
-                    100) for n in (2, 3, 5)]
-    for n, error in zip((2, 3, 5), errors):
-        yield context.zero(f'2D, l2 on facets of the slave, {n} points', error, 0.02)
-    yield context.below('2D, l2 on facets of the slave, 5 points against 2', errors[2], errors[0])
-    for name, keys in (('one point', "formulation = 'master_slave' variant = 'one_point'"),
-                       ('full', "formulation = 'master_slave' variant = 'full'"),
-                       ('symmetric', "formulation = 'symmetric'")):
-        error = patch(context, PLANE, 'plane', keys, 100)
-        yield context.below(f'2D, {name}, penalty 100 E/h', error, 0.2)
+            # Elsewhere the quick set has what is exact
+            whole = not context.quick or penalty == 100
+            title = f"{'2D' if mesh == 'plane' else '3D'}, penalty {penalty:g} E/h"
+            for name, keys in EXACT.items():
+                if whole or name == 'l2':
+                    yield context.zero(f'{title}: {name}',
+                                       patch(context, shape, mesh, keys, penalty),
+                                       1e-9 if name == 'half-pass' else 1e-10)
+            error = patch(context, shape, mesh, NODAL, penalty)
+            yield context.above(f'{title}: master/slave at nodes', error, 1e-3)
+            yield context.below(f'{title}: master/slave at nodes', error, 0.2)
+            if not whole:
+                continue
+            errors = [patch(context, shape, mesh, ON_SLAVE.format(n), penalty) for n in counts]
+            for n, error in zip(counts, errors):
+                yield context.zero(f'{title}: l2 on facets of the slave, {n} points', error, 0.01)
+            yield context.below(f'{title}: l2 on facets of the slave, {counts[1]} points against '
+                                f'{counts[0]}', errors[1], errors[0])
+            for name, keys in OTHERS.items():
+                error = patch(context, shape, mesh, keys, penalty)
+                yield context.below(f'{title}: {name}', error, 0.3)
 
 
 def patch(context, shape, mesh, keys, penalty):
