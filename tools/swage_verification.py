@@ -267,6 +267,27 @@ class Context:
         return done.returncode, done.stdout, time.monotonic() - start
 
 
+def read_totals(output):
+    """What the last lines of a run say, None where it has none: increments, iterations (those of cut
+    increments too), cuts, factorisations, CPU seconds, and by phase `phases`, CPU seconds, and
+    `walls`, wall-clock seconds."""
+    found = re.search(r'(\d+) increments to .*?, (\d+) iterations .*?, (\d+) cuts '
+                      r'\((\d+) iterations lost', output)
+    cpu = re.search(r'^CPU (\S+) s: (.*)$', output, re.M)
+    wall = re.search(r'^elapsed (\S+): (.*)$', output, re.M)
+    factors = re.search(r'^(\d+) factorisations', output, re.M)
+    if not found or not cpu or not wall:
+        return None
+    increments, iterations, cuts, lost = (int(word) for word in found.groups())
+
+    def phases(text):
+        return {name: float(value) for name, value in re.findall(r'([a-z]+) ([\d.]+) s', text)}
+
+    return {'increments': increments, 'iterations': iterations + lost, 'cuts': cuts,
+            'factorisations': int(factors[1]) if factors else 0, 'cpu': float(cpu[1]),
+            'phases': phases(cpu[2]), 'walls': phases(wall[2])}
+
+
 def weight(entry):
     """For comparing (number, ...): a NaN is larger than any number."""
     return entry[0] != entry[0], entry[0]
