@@ -1,7 +1,7 @@
 !> Conditions of contact at single points of a surface: nodes or quadrature points, each with its
 !> foot on the other surface.
 module swage_contact_conditions
-  use swage_contact_foot, only: contact_foot_t, find_foot
+  use swage_contact_foot, only: contact_foot_t
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
   use swage_contact_surface, only: contact_surface_t
@@ -164,21 +164,16 @@ contains
 
     integer, parameter :: MOST = 32
 
-    integer :: i, k, n, node
+    integer :: k, n, node
     real(wp) :: towards(3, MOST)
     type(contact_condition_t) :: condition
 
     do k = 1, size(slave%node)
       node = slave%node(k)
       if (.not. mine(node)) cycle
-      n = 0
-      do i = slave%first(node), min(slave%first(node + 1), slave%first(node) + MOST) - 1
-        n = n + 1
-        towards(:, n) = slave%sector_normal(:, slave%sector(slave%around_corner(i), &
-                                                            slave%around(i)))
-      end do
-      call find_foot(master, slave%x(:, node), towards(:, :n), pair%reach, pair%depth, &
-                     pair%smoothing, condition%foot)
+      call slave%normals_at(node, n, towards)
+      call pair%find_foot(master, [node], slave%x(:, node), towards(:, :n), pair%smoothing, &
+                          condition%foot)
       if (condition%foot%facet == 0) cycle
       condition%slave = node
       condition%key = node
@@ -224,8 +219,7 @@ contains
           if (.not. mine(owner)) cycle
           x = slave%point(f, barycentric(:, q))
           if (pair%smoothing) x = x + slave%rise(f, barycentric(:, q)) * slave%normal(:, f)
-          call find_foot(master, x, slave%normal(:, f:f), pair%reach, pair%depth, &
-                         pair%smoothing, condition%foot)
+          call pair%find_foot(master, node, x, slave%normal(:, f:f), pair%smoothing, condition%foot)
           if (condition%foot%facet == 0) cycle
           condition%slave = owner
           condition%key = key_offset + (f - 1) * n_point + q

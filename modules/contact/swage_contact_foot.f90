@@ -21,10 +21,13 @@ module swage_contact_foot
   implicit none(type, external)
   private
 
-  public :: contact_foot_t, find_foot, find_gap, FACING
+  public :: contact_foot_t, find_foot, find_gap, thickness_below, FACING, SELF_FACING
 
   !> Largest cosine of the angle between the normals of two surfaces that may touch: 100 degrees.
   real(wp), parameter :: FACING = -cos(80.0_wp / 180.0_wp * acos(-1.0_wp))
+  !> The same of a surface that meets itself, at the start of the step: 120 degrees. Walls meet in
+  !> the root of a fold at every angle.
+  real(wp), parameter :: SELF_FACING = -0.5_wp
   !> How far beyond a rim, by the facet, the facet still counts. A node that starts at the rim must
   !> not lose its partner by the first deformation.
   real(wp), parameter :: RIM = 0.1_wp
@@ -54,7 +57,11 @@ module swage_contact_foot
 contains
 
   !> The foot of a point on the nearest facet that faces it.
-  subroutine find_foot(surface, x, towards, reach, depth, smoothing, foot)
+  !>
+  !> A point of the surface itself sees no facet around the nodes next to its own, nor those that it
+  !> lies deeper under than counts: they are the other side of its own wall. What it sees else does
+  !> not change in a step.
+  subroutine find_foot(surface, x, towards, reach, depth, smoothing, foot, own)
     type(contact_surface_t), intent(in) :: surface
     !> [length]
     real(wp), intent(in) :: x(3)
@@ -66,15 +73,22 @@ contains
     !> Interpolate the normals of the sectors.
     logical, intent(in) :: smoothing
     type(contact_foot_t), intent(out) :: foot
+    !> Nodes that the point is a mean of, when they are the surface's own.
+    integer, intent(in), optional :: own(:)
 
     integer :: facet, place
     logical :: found
     real(wp) :: weight(3)
 
-    call find_nearest(surface, x, towards, max(reach, depth), facet, weight, place)
+    if (present(own)) then
+      call find_nearest(surface, x, towards, max(reach, depth), facet, weight, place, own, depth)
+    else
+      call find_nearest(surface, x, towards, max(reach, depth), facet, weight, place)
+    end if
     if (facet == 0) return
     found = .false.
     if (smoothing) call stand_on_smoothed(surface, x, facet, weight, foot, found)
+    if (found .and. present(own)) found = .not. surface%is_near(own, foot%facet)
     if (.not. found) then
       if (place == PLACE_INSIDE) then
         call stand_on_face(surface, x, facet, weight, foot)
@@ -129,7 +143,7 @@ contains
   end function is_facing
 
   !> The facet, of those that face, with the point nearest to x.
-  pure subroutine find_nearest(surface, x, towards, bound, facet, weight, place)
+  pure subroutine find_nearest(surface, x, towards, bound, facet, weight, place, own, depth)
     type(contact_surface_t), intent(in) :: surface
     real(wp), intent(in) :: x(3)
     real(wp), intent(in) :: towards(:, :)
@@ -138,6 +152,9 @@ contains
     integer, intent(out) :: facet
     real(wp), intent(out) :: weight(3)
     integer, intent(out) :: place
+    !> See [[find_foot]]; both or none.
+    integer, intent(in), optional :: own(:)
+    real(wp), intent(in), optional :: depth
 
     real(wp), parameter :: STRAIGHT(3, 3) = 0.0_wp
 
@@ -153,7 +170,12 @@ contains
     do
       call surface%tree%next(search, candidate)
       if (candidate == 0) exit
-      if (.not. is_facing(towards, surface%normal(:, candidate))) cycle
+      if (present(own)) then
+        if (.not. sees(surface, own, candidate)) cycle
+        if (depth_under(surface, x, candidate) > depth) cycle
+      else
+        if (.not. is_facing(towards, surface%normal(:, candidate))) cycle
+      end if
       corner = surface%corners(candidate)
       if (surface%n_dim == 3) then
         call nearest_on_triangle(corner, STRAIGHT, .true., x, candidate_weight, candidate_place)
@@ -174,6 +196,118 @@ contains
     end do
 
   end subroutine find_nearest
+
+  !> True when a surface meets itself where a point and a facet are, as far as normals tell.
+  pure function sees(surface, own, facet)
+    type(contact_surface_t), intent(in) :: surface
+    !> Nodes that the point is a mean of: one, or those of its facet.
+    integer, intent(in) :: own(:)
+    integer, intent(in) :: facet
+    logical :: sees
+
+    integer :: i
+
+    sees = .false.
+    if (surface%is_near(own, facet)) return
+    do i = surface%first(own(1)), surface%first(own(1) + 1) - 1
+      associate (around => surface%around(i))
+        if (size(own) > 1) then
+          if (any(surface%facet(:, around) /= own)) cycle
+        end if
+        sees = sees .or. dot_product(surface%normal_old(:, around), &
+                                     surface%normal_old(:, facet)) <= SELF_FACING
+      end associate
+    end do
+
+  end function sees
+
+  !> True when the surface goes on beyond an edge or a vertex of a facet with what is near a point:
+  !> its nearest place is there.
+  pure function borders_on_near(surface, own, facet, place) result(borders)
+    type(contact_surface_t), intent(in) :: surface
+    integer, intent(in) :: own(:)
+    integer, intent(in) :: facet
+    integer, intent(in) :: place
+    logical :: borders
+
+    integer :: i
+
+    borders = .false.
+    if (place == PLACE_INSIDE) return
+    if (surface%n_dim == 3 .and. place <= PLACE_CORNER) then
+      associate (other => surface%neighbour(place, facet))
+        if (other > 0) borders = surface%is_near(own, other)
+      end associate
+      return
+    end if
+    associate (node => surface%facet(place - PLACE_CORNER, facet))
+      do i = surface%first(node), surface%first(node + 1) - 1
+        borders = borders .or. surface%is_near(own, surface%around(i))
+      end do
+    end associate
+
+  end function borders_on_near
+
+  !> How deep a point lies under the plane of a facet [length].
+  pure function depth_under(surface, x, facet) result(depth)
+    type(contact_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: facet
+    real(wp) :: depth
+
+    depth = dot_product(surface%x(:, surface%facet(1, facet)) - x, surface%normal(:, facet))
+
+  end function depth_under
+
+  !> Distance from a node of a surface to the other side of the wall that it is on.
+  pure function thickness_below(surface, node, least, bound) result(thickness)
+    type(contact_surface_t), intent(in) :: surface
+    integer, intent(in) :: node
+    !> What is nearer is not the other side of its own wall, but another wall that it has entered
+    !> [length].
+    real(wp), intent(in) :: least
+    !> Where the search ends [length].
+    real(wp), intent(in) :: bound
+    !> The bound when nothing is nearer [length].
+    real(wp) :: thickness
+
+    integer, parameter :: MOST = 32
+    real(wp), parameter :: STRAIGHT(3, 3) = 0.0_wp
+
+    integer :: candidate, n, place
+    real(wp) :: corner(3, 3), distance, from(3), s, towards(3, MOST), weight(3)
+    type(tree_search_t) :: search
+
+    thickness = bound
+    call surface%normals_at(node, n, towards)
+    associate (x => surface%x(:, node))
+      call surface%tree%start(x, bound**2, search)
+      do
+        call surface%tree%next(search, candidate)
+        if (candidate == 0) exit
+        if (.not. is_facing(towards(:, :n), surface%normal(:, candidate))) cycle
+        if (surface%is_near([node], candidate)) cycle
+        if (depth_under(surface, x, candidate) <= 0.0_wp) cycle
+        corner = surface%corners(candidate)
+        if (surface%n_dim == 3) then
+          call nearest_on_triangle(corner, STRAIGHT, .true., x, weight, place)
+        else
+          call nearest_on_curve(corner(:, 1), corner(:, 2), STRAIGHT(:, 1), x, s)
+          weight = [1.0_wp - s, s, 0.0_wp]
+          place = PLACE_INSIDE
+          if (s <= 0.0_wp) place = PLACE_CORNER + 1
+          if (s >= 1.0_wp) place = PLACE_CORNER + 2
+        end if
+        from = x - point_of(corner, weight)
+        distance = norm2(from)
+        if (borders_on_near(surface, [node], candidate, place)) then
+          distance = depth_under(surface, x, candidate)
+        end if
+        if (distance > least) thickness = min(thickness, distance)
+      end do
+    end associate
+
+  end function thickness_below
 
   pure function point_of(corner, weight) result(y)
     real(wp), intent(in) :: corner(3, 3)

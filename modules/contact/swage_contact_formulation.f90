@@ -40,6 +40,8 @@ module swage_contact_formulation
     procedure :: balances => contact_formulation_balances
     !> True when there are no more conditions than nodal multipliers can satisfy.
     procedure :: admits_multipliers => contact_formulation_admits_multipliers
+    !> True when slave and master may be the same surface.
+    procedure :: admits_self => contact_formulation_admits_self
   end type contact_formulation_t
 
   abstract interface
@@ -110,5 +112,15 @@ contains
     admits = .true.
 
   end function contact_formulation_admits_multipliers
+
+  pure function contact_formulation_admits_self(self) result(admits)
+    class(contact_formulation_t), intent(in) :: self
+    logical :: admits
+
+    associate (unused => self)
+    end associate
+    admits = .false.
+
+  end function contact_formulation_admits_self
 
 end module swage_contact_formulation

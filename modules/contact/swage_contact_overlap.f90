@@ -9,7 +9,6 @@
 !> along its normal (Sutherland and Hodgman), and these are integrated exactly. `slave`: a rule of
 !> points on the whole slave facet. Parts without a master facet have no points.
 module swage_contact_overlap
-  use swage_contact_foot, only: FACING
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_surface, only: contact_surface_t
   use swage_facet_quadrature, only: facet_quadrature
@@ -139,7 +138,7 @@ contains
     call pair%master%tree%candidates(lower, upper, candidate)
     n = 0
     do i = 1, size(candidate)
-      if (dot_product(pair%slave%normal(:, f), pair%master%normal(:, candidate(i))) > FACING) cycle
+      if (.not. pair%may_meet(f, candidate(i))) cycle
       n = n + 1
       candidate(n) = candidate(i)
     end do
@@ -197,7 +196,8 @@ contains
       point%penetration = dot_product(beam%penetration, slave_weight)
       point%master_weight = beam%weight(:, 1) * slave_weight(1) &
         + beam%weight(:, 2) * slave_weight(2) + beam%weight(:, 3) * slave_weight(3)
-      meets = point%penetration >= -pair%reach .and. point%penetration <= pair%depth
+      meets = point%penetration >= -pair%reach .and. &
+        point%penetration <= pair%depth_at(pair%slave%facet(:, beam%slave_facet))
     else
       call send_along_smoothed(pair, point, meets)
     end if
@@ -246,7 +246,8 @@ contains
         point%climb = point%climb - matmul(gradient, master%rise_by_weight(m, point%master_weight))
       end if
       point%bulge = point%bulge + point%penetration
-      meets = point%penetration >= -pair%reach .and. point%penetration <= pair%depth .and. &
+      meets = point%penetration >= -pair%reach .and. &
+        point%penetration <= pair%depth_at(slave%facet(:, f)) .and. &
         dot_product(point%climb, point%normal) < -SLANTED
       if (.not. meets) return
       point%climb = point%climb / dot_product(point%climb, point%normal)

@@ -1,6 +1,12 @@
 !> Two deformable surfaces that may touch, and how far around their contact is looked for.
+!>
+!> They may be one surface that folds onto itself: slave and master have the same facets. A point
+!> then sees none of the facets around the nodes next to its own, nor the other side of its own
+!> wall: what it lies under by more than half the thickness of the wall does not count. Both walls
+!> have conditions, and each one half of the weight.
 module swage_contact_pair
-  use swage_contact_foot, only: contact_foot_t, FACING, find_foot, find_gap
+  use swage_contact_foot, only: contact_foot_t, FACING, find_foot, find_gap, SELF_FACING, &
+    thickness_below
   use swage_contact_surface, only: contact_surface_create, contact_surface_t
   use swage_kinds, only: wp
   implicit none(type, external)
@@ -20,12 +26,24 @@ module swage_contact_pair
     real(wp) :: depth = 0.0_wp
     !> One interpolated normal field for projection and force, instead of the facets' normals.
     logical :: smoothing = .false.
+    !> Slave and master are the same surface.
+    logical :: is_self = .false.
+    !> Of the wall under each node of a surface that meets itself, at the start of the step, no more
+    !> than matters; at first it follows from how the bodies are drawn, then from what it was
+    !> [length]; shape (n_node), (0) otherwise.
+    real(wp), allocatable :: thickness(:)
   contains
     !> Take new positions as those of the start of a step: areas, what of them counts, and what
     !> edges are sharp.
     procedure :: begin_step => contact_pair_begin_step
     !> Take new positions.
     procedure :: update => contact_pair_update
+    !> The foot of a point of one of the surfaces on the other.
+    procedure :: find_foot => contact_pair_find_foot
+    !> Largest penetration that counts for a point.
+    procedure :: depth_at => contact_pair_depth_at
+    !> True when a facet of the master may oppose one of the slave.
+    procedure :: may_meet => contact_pair_may_meet
   end type contact_pair_t
 
 contains
@@ -55,6 +73,9 @@ contains
     pair%reach = reach
     pair%depth = depth
     pair%smoothing = smoothing
+    pair%is_self = size(slave_facet) == size(master_facet)
+    if (pair%is_self) pair%is_self = all(slave_facet == master_facet)
+    allocate (pair%thickness(merge(n_node, 0, pair%is_self)), source=0.0_wp)
 
   end subroutine contact_pair_create
 
@@ -65,10 +86,78 @@ contains
 
     call self%slave%begin_step(x)
     call self%master%begin_step(x)
+    if (self%is_self) call measure_walls(self)
     call weigh_facets(self, self%master, self%slave)
     call weigh_facets(self, self%slave, self%master)
 
   end subroutine contact_pair_begin_step
+
+  !> A wall gets thinner by less than half in a step.
+  pure subroutine measure_walls(pair)
+    type(contact_pair_t), intent(inout) :: pair
+
+    !> Overlap of the drawing, by the reach, that is none of a wall with itself.
+    real(wp), parameter :: DRAWN = 0.05_wp
+
+    integer :: k
+    real(wp) :: least
+
+    do k = 1, size(pair%slave%node)
+      associate (node => pair%slave%node(k))
+        least = max(0.5_wp * pair%thickness(node), DRAWN * pair%reach)
+        pair%thickness(node) = thickness_below(pair%slave, node, least, 2.0_wp * pair%depth)
+      end associate
+    end do
+
+  end subroutine measure_walls
+
+  pure function contact_pair_depth_at(self, own) result(depth)
+    class(contact_pair_t), intent(in) :: self
+    !> Nodes that the point is a mean of.
+    integer, intent(in) :: own(:)
+    real(wp) :: depth
+
+    depth = self%depth
+    if (self%is_self) depth = min(depth, 0.5_wp * minval(self%thickness(own)))
+
+  end function contact_pair_depth_at
+
+  pure function contact_pair_may_meet(self, slave_facet, master_facet) result(may)
+    class(contact_pair_t), intent(in) :: self
+    integer, intent(in) :: slave_facet
+    integer, intent(in) :: master_facet
+    logical :: may
+
+    if (self%is_self) then
+      may = .not. self%master%is_near(self%slave%facet(:, slave_facet), master_facet)
+      may = may .and. dot_product(self%slave%normal_old(:, slave_facet), &
+                                  self%master%normal_old(:, master_facet)) <= SELF_FACING
+    else
+      may = dot_product(self%slave%normal(:, slave_facet), self%master%normal(:, master_facet)) &
+        <= FACING
+    end if
+
+  end function contact_pair_may_meet
+
+  subroutine contact_pair_find_foot(self, other, own, x, towards, smoothing, foot)
+    class(contact_pair_t), intent(in) :: self
+    !> The surface that the point is not of.
+    type(contact_surface_t), intent(in) :: other
+    !> As of [[contact_pair_t:depth_at]].
+    integer, intent(in) :: own(:)
+    !> The point, and the normals there; see [[swage_contact_foot:find_foot]].
+    real(wp), intent(in) :: x(3)
+    real(wp), intent(in) :: towards(:, :)
+    logical, intent(in) :: smoothing
+    type(contact_foot_t), intent(out) :: foot
+
+    if (self%is_self) then
+      call find_foot(other, x, towards, self%reach, self%depth_at(own), smoothing, foot, own)
+    else
+      call find_foot(other, x, towards, self%reach, self%depth, smoothing, foot)
+    end if
+
+  end subroutine contact_pair_find_foot
 
   !> A facet counts when its middle sees the other surface, fully up to 60 degrees against it.
   subroutine weigh_facets(pair, other, surface)
@@ -87,9 +176,12 @@ contains
     share = 0.0_wp
     do f = 1, surface%n_facet
       x = surface%point(f, middle)
-      call find_foot(other, x, surface%normal(:, f:f), pair%reach, pair%depth, .false., foot)
+      call pair%find_foot(other, surface%facet(:, f), x, surface%normal(:, f:f), .false., foot)
       if (foot%facet == 0) then
-        call find_gap(other, x, surface%normal(:, f:f), max(pair%reach, pair%depth), gap(f))
+        gap(f) = max(pair%reach, pair%depth)
+        if (.not. pair%is_self) then
+          call find_gap(other, x, surface%normal(:, f:f), max(pair%reach, pair%depth), gap(f))
+        end if
         cycle
       end if
       gap(f) = -foot%penetration

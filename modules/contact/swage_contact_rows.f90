@@ -52,6 +52,8 @@ module swage_contact_rows
     procedure :: add => contact_rows_add
     !> Take back the condition begun last.
     procedure :: drop_row => contact_rows_drop_row
+    !> Give all conditions another weight: areas, forces, slopes and shares.
+    procedure :: scale => contact_rows_scale
     !> Entries of all conditions.
     procedure :: count_entries => contact_rows_count_entries
   end type contact_rows_t
@@ -174,6 +176,20 @@ contains
     self%n_row = self%n_row - 1
 
   end subroutine contact_rows_drop_row
+
+  pure subroutine contact_rows_scale(self, factor)
+    class(contact_rows_t), intent(inout) :: self
+    real(wp), intent(in) :: factor
+
+    integer :: n
+
+    n = self%count_entries()
+    self%area(:self%n_row) = factor * self%area(:self%n_row)
+    self%force(:, :n) = factor * self%force(:, :n)
+    self%slope(:, :n) = factor * self%slope(:, :n)
+    self%share(:n) = factor * self%share(:n)
+
+  end subroutine contact_rows_scale
 
   pure function contact_rows_count_entries(self) result(n_entry)
     class(contact_rows_t), intent(in) :: self

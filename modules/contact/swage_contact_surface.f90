@@ -71,6 +71,8 @@ module swage_contact_surface
     real(wp), allocatable :: x(:, :)
     !> Unit normals of the facets and of the sectors; shapes (3, n_facet), (3, n_sector).
     real(wp), allocatable :: normal(:, :), sector_normal(:, :)
+    !> Those of the facets at the start of the step; shape of `normal`.
+    real(wp), allocatable :: normal_old(:, :)
     type(bounding_tree_t) :: tree
   contains
     !> Take new positions as those of the start of a step.
@@ -101,6 +103,10 @@ module swage_contact_surface
     procedure :: rise_by_weight => contact_surface_rise_by_weight
     !> True when the facets of a node look towards a surface with the given normal.
     procedure :: faces => contact_surface_faces
+    !> True when a facet has a corner on the facets around some nodes.
+    procedure :: is_near => contact_surface_is_near
+    !> Normals of the sectors around a node.
+    procedure :: normals_at => contact_surface_normals_at
   end type contact_surface_t
 
 contains
@@ -157,7 +163,8 @@ contains
 
     allocate (surface%extent(surface%n_facet), surface%radius(n_dim, surface%n_facet), &
               surface%area(n_node), surface%pressed_area(n_node), surface%x(3, n_node), &
-              surface%normal(3, surface%n_facet), surface%bulge(3, surface%n_facet), &
+              surface%normal(3, surface%n_facet), surface%normal_old(3, surface%n_facet), &
+              surface%bulge(3, surface%n_facet), &
               source=0.0_wp)
     allocate (surface%share(surface%n_facet), surface%least_share(n_node), &
               surface%nearness(surface%n_facet), surface%nearest(n_node), source=1.0_wp)
@@ -203,6 +210,7 @@ contains
 
     self%x = x
     call find_facet_normals(self)
+    self%normal_old = self%normal
     call find_sectors(self)
     self%area = 0.0_wp
     do f = 1, self%n_facet
@@ -659,5 +667,44 @@ contains
     end do
 
   end function contact_surface_faces
+
+  pure function contact_surface_is_near(self, nodes, facet) result(near)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: nodes(:)
+    integer, intent(in) :: facet
+    logical :: near
+
+    integer :: a, i, k
+
+    near = .true.
+    do k = 1, size(nodes)
+      do i = self%first(nodes(k)), self%first(nodes(k) + 1) - 1
+        do a = 1, self%n_dim
+          if (any(self%facet(:, facet) == self%facet(a, self%around(i)))) return
+        end do
+      end do
+    end do
+    near = .false.
+
+  end function contact_surface_is_near
+
+  pure subroutine contact_surface_normals_at(self, node, n, normal)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: node
+    !> Normals, as many as facets around the node and as there is room for.
+    integer, intent(out) :: n
+    !> Its leading columns; shape (3, room).
+    real(wp), intent(out) :: normal(:, :)
+
+    integer :: i
+
+    normal = 0.0_wp
+    n = 0
+    do i = self%first(node), min(self%first(node + 1), self%first(node) + size(normal, 2)) - 1
+      n = n + 1
+      normal(:, n) = self%sector_normal(:, self%sector(self%around_corner(i), self%around(i)))
+    end do
+
+  end subroutine contact_surface_normals_at
 
 end module swage_contact_surface

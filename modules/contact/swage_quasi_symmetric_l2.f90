@@ -39,6 +39,7 @@ module swage_quasi_symmetric_l2
     procedure :: count_conditions => quasi_symmetric_l2_count_conditions
     procedure :: evaluate => quasi_symmetric_l2_evaluate
     procedure :: stiffness => quasi_symmetric_l2_stiffness
+    procedure :: admits_self => quasi_symmetric_l2_admits_self
   end type quasi_symmetric_l2_t
 
 contains
@@ -250,5 +251,14 @@ contains
     end do
 
   end subroutine quasi_symmetric_l2_stiffness
+
+  !> The averaged gap tells the distances of both sides apart by their nodes.
+  pure function quasi_symmetric_l2_admits_self(self) result(admits)
+    class(quasi_symmetric_l2_t), intent(in) :: self
+    logical :: admits
+
+    admits = .not. self%averaged
+
+  end function quasi_symmetric_l2_admits_self
 
 end module swage_quasi_symmetric_l2

@@ -4,6 +4,8 @@
 !> holds twice the conditions that the surfaces can follow and locks when they are strict.
 !> `half_pass`: each surface is pushed by its own distance with the full weight and without
 !> reactions: eq. 9 of the paper in docs/theory to the letter, which does not balance.
+!>
+!> Where both surfaces are one there is a single pass, over all of it.
 module swage_two_pass
   use swage_contact_conditions, only: condition_list_t, node_conditions, point_conditions, &
     point_owners
@@ -29,6 +31,7 @@ module swage_two_pass
     procedure :: list_owners => two_pass_list_owners
     procedure :: evaluate => two_pass_evaluate
     procedure :: stiffness => two_pass_stiffness
+    procedure :: admits_self => two_pass_admits_self
     procedure :: balances => two_pass_balances
     procedure :: admits_multipliers => two_pass_admits_multipliers
   end type two_pass_t
@@ -100,6 +103,7 @@ contains
       owner(pair%master%node) = pair%master%node
     else
       call point_owners(pair%slave, self%n_point, 0, owner)
+      if (pair%is_self) return
       call point_owners(pair%master, self%n_point, self%n_point * pair%slave%n_facet, owner)
     end if
 
@@ -113,19 +117,27 @@ contains
     type(contact_rows_t), intent(inout) :: rows
 
     integer :: i
+    real(wp) :: factor
 
+    ! The rows of a surface that meets itself are halved once they are made
+    factor = self%factor
+    if (pair%is_self) factor = 2.0_wp * factor
     self%list%n = 0
     if (self%n_point == 0) then
       call node_conditions(pair, pair%slave, pair%master, mine, self%list)
-      call node_conditions(pair, pair%master, pair%slave, mine, self%list)
+      if (.not. pair%is_self) then
+        call node_conditions(pair, pair%master, pair%slave, mine, self%list)
+      end if
     else
       call point_conditions(pair, pair%slave, pair%master, self%n_point, 0, mine, self%list)
-      call point_conditions(pair, pair%master, pair%slave, self%n_point, &
-                            self%n_point * pair%slave%n_facet, mine, self%list)
+      if (.not. pair%is_self) then
+        call point_conditions(pair, pair%master, pair%slave, self%n_point, &
+                              self%n_point * pair%slave%n_facet, mine, self%list)
+      end if
     end if
     call rows%start(pair%n_node)
     do i = 1, self%list%n
-      call self%list%item(i)%put(self%factor, self%reacts, rows)
+      call self%list%item(i)%put(factor, self%reacts, rows)
     end do
 
   end subroutine two_pass_evaluate
@@ -168,5 +180,14 @@ contains
     admits = .false.
 
   end function two_pass_admits_multipliers
+
+  !> What one surface does to itself must balance.
+  pure function two_pass_admits_self(self) result(admits)
+    class(two_pass_t), intent(in) :: self
+    logical :: admits
+
+    admits = self%reacts
+
+  end function two_pass_admits_self
 
 end module swage_two_pass

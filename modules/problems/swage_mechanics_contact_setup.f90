@@ -218,7 +218,7 @@ contains
 
   end function on_surface
 
-  !> Collective. A body cannot press on itself in this way, and no facet may be on both sides.
+  !> Collective. Both sides of a contact are one surface, or different ones.
   subroutine check_sides(self, group, slave, master)
     type(mechanics_t), intent(in) :: self
     type(group_t), intent(inout) :: group
@@ -226,15 +226,18 @@ contains
     integer, intent(in) :: master(:)
 
     logical :: is_slave(self%mesh%n_facet)
-    integer(gp) :: n_shared
+    integer(gp) :: n_all(2), n_shared
 
     is_slave = .false.
     is_slave(slave) = .true.
     n_shared = count(is_slave(master), kind=gp)
+    n_all = [size(slave, kind=gp), size(master, kind=gp)]
     call self%comm%sum(n_shared)
-    if (n_shared == 0_gp) return
+    call self%comm%sum(n_all)
+    if (n_shared == 0_gp .or. all(n_all == n_shared)) return
     call group%refuse('master', 'has '//text(int(n_shared))//' facets that the slave has, too: '// &
-                      'the two sides of a contact must be different surfaces')
+                      'the two sides of a contact must be different surfaces, or one that may '// &
+                      'fold onto itself')
 
   end subroutine check_sides
 
@@ -283,6 +286,13 @@ contains
       else if (.not. has_facet_quadrature(self%mesh%dimension, keys%choice%n_point)) then
         call group%refuse('quadrature_points', 'there is no rule with so many points: on a '// &
                           'line 1 to 10, on a triangle 1, 3, 6, 7 or 12')
+      end if
+      if (allocated(pair%formulation) .and. pair%surfaces%is_self) then
+        if (.not. pair%formulation%admits_self()) then
+          call group%refuse('master', 'is the slave itself, whose nodes are on both sides: '// &
+                            'this needs formulation = ''symmetric'', or ''quasi_symmetric'' '// &
+                            'with projection = ''l2'' and gap = ''dual''')
+        end if
       end if
       call group%finish(status)
       if (status%failed()) return

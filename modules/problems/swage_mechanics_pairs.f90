@@ -6,6 +6,9 @@ submodule(swage_mechanics) swage_mechanics_pairs
   use swage_coupling_matrix, only: coupling_matrix_t
   implicit none(type, external)
 
+  !> Weight of the conditions of a surface that meets itself: both of its walls have them.
+  real(wp), parameter :: SELF_WEIGHT = 0.5_wp
+
 contains
 
   module procedure begin_pairs
@@ -22,7 +25,7 @@ contains
           call pair%contact%tie%begin_step(self%surface_start, pair%rows)
         else
           call pair%surfaces%begin_step(self%surface_start)
-          call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+          call find_conditions(self, pair)
         end if
         call pair%contact%set_times(self%time, self%time_new)
         pair%contact%inertia%is_steady = self%carries .and. self%dt_last > 0.0_wp &
@@ -67,6 +70,15 @@ contains
 
   end procedure evaluate_pairs
 
+  subroutine find_conditions(self, pair)
+    class(mechanics_t), intent(in) :: self
+    type(body_pair_t), intent(inout) :: pair
+
+    call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+    if (pair%surfaces%is_self) call pair%rows%scale(SELF_WEIGHT)
+
+  end subroutine find_conditions
+
   !> Conditions, forces and stiffness of one pair.
   subroutine evaluate_pair(self, pair, force)
     class(mechanics_t), intent(in) :: self
@@ -75,11 +87,12 @@ contains
     real(wp), intent(inout) :: force(:, :)
 
     type(contact_blocks_t) :: turning
+    real(wp) :: weight
     integer :: i
 
     if (.not. pair%contact%is_tied) then
       call pair%surfaces%update(self%surface_moved)
-      call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+      call find_conditions(self, pair)
     end if
     call pair%blocks%start()
     call pair%unsymmetric%start()
@@ -87,12 +100,19 @@ contains
                                self%time_new - self%time, self%slip_rate, force, pair%blocks, &
                                pair%unsymmetric)
     if (pair%contact%is_tied) return
+    weight = 1.0_wp
+    if (pair%surfaces%is_self) then
+      ! A formulation knows the rows as it has made them
+      weight = SELF_WEIGHT
+      call pair%rows%scale(1.0_wp / weight)
+    end if
     call pair%formulation%stiffness(pair%surfaces, pair%rows, &
                                     pair%contact%row_pressure(:pair%rows%n_row), turning)
     ! The residual has the forces with the opposite sign
     do i = 1, turning%n
-      call pair%blocks%add(turning%row(i), turning%column(i), -turning%block(:, :, i))
+      call pair%blocks%add(turning%row(i), turning%column(i), -weight * turning%block(:, :, i))
     end do
+    if (pair%surfaces%is_self) call pair%rows%scale(weight)
 
   end subroutine evaluate_pair
 

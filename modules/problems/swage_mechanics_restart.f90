@@ -69,6 +69,7 @@ contains
     end do
     do i = 1, size(self%pairs)
       call self%pairs(i)%contact%save(snapshot)
+      if (self%pairs(i)%surfaces%is_self) call save_walls(self, self%pairs(i), snapshot)
     end do
     do i = 1, size(self%tools)
       call self%tools(i)%save(snapshot)
@@ -116,6 +117,7 @@ contains
     end do
     do i = 1, size(self%pairs)
       call self%pairs(i)%contact%load(snapshot, status)
+      if (self%pairs(i)%surfaces%is_self) call load_walls(self, self%pairs(i), snapshot, status)
     end do
     do i = 1, size(self%tools)
       call self%tools(i)%load(snapshot, status)
@@ -223,6 +225,42 @@ contains
     self%pressure_before = both(3, :)
 
   end subroutine load_further
+
+  !> How thick walls were, which says what is their own other side.
+  subroutine save_walls(self, pair, snapshot)
+    class(mechanics_t), intent(in) :: self
+    type(body_pair_t), intent(in) :: pair
+    type(snapshot_t), intent(inout) :: snapshot
+
+    real(wp), allocatable :: thickness(:)
+    integer :: i
+
+    allocate (thickness(self%mesh%n_node), source=0.0_wp)
+    do i = 1, self%surface%n_node
+      if (self%surface%mesh_node(i) > 0) then
+        thickness(self%surface%mesh_node(i)) = pair%surfaces%thickness(i)
+      end if
+    end do
+    call snapshot%put('contact '//pair%contact%name//': thickness', thickness, OF_NODES)
+
+  end subroutine save_walls
+
+  !> Collective.
+  subroutine load_walls(self, pair, snapshot, status)
+    class(mechanics_t), intent(in) :: self
+    type(body_pair_t), intent(inout) :: pair
+    type(snapshot_t), intent(in) :: snapshot
+    type(status_t), intent(inout) :: status
+
+    real(wp), allocatable :: gathered(:, :), thickness(:)
+
+    allocate (thickness(self%mesh%n_node), source=0.0_wp)
+    call snapshot%get('contact '//pair%contact%name//': thickness', thickness, status, OF_NODES)
+    allocate (gathered(1, self%surface%n_node))
+    call self%surface%gather(reshape(thickness, [1, size(thickness)]), gathered)
+    pair%surfaces%thickness = gathered(1, :)
+
+  end subroutine load_walls
 
   !> The factors of a solver that goes on are of the pattern that has grown so far.
   subroutine save_pattern(self, snapshot)
