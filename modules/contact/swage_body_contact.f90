@@ -114,6 +114,11 @@ module swage_body_contact
     !> tangent [stress/length]; least shapes (n_row), (3, 3, n_row).
     integer, allocatable :: condition(:)
     real(wp), allocatable :: row_pressure(:), row_secant(:, :, :)
+    !> Derivative of the friction of each row by its pressure [1]; least shape (3, n_row).
+    real(wp), allocatable :: row_push(:, :)
+    !> Projection on the directions in which the surface nodes are free, for the caller to set; all
+    !> are where it is not allocated; shape (3, 3, n_surface_node).
+    real(wp), allocatable :: freedom(:, :, :)
     !> What holds tied surfaces; not allocated where they are not.
     type(tie_t), allocatable :: tie
   contains
@@ -127,6 +132,9 @@ module swage_body_contact
     procedure :: begin_step => body_contact_begin_step
     !> Forces, and tangent blocks, at given positions.
     procedure :: evaluate => body_contact_evaluate
+    !> Forces of a change of the pressures, and change of the penetrations by that of the rows.
+    procedure :: push => body_contact_push
+    procedure :: penetrate => body_contact_penetrate
     !> Energies of the step, after the last evaluation and before `accept`.
     procedure :: work => body_contact_work
     !> Once an iteration: take the secant of friction where its tangent leads nowhere, and hold
@@ -184,7 +192,8 @@ contains
     end do
     allocate (contact%shift(n), contact%pending(n), contact%turn(3, 3, n), &
               contact%nodal_load(3, size(mesh_node)), source=0.0_wp)
-    allocate (contact%condition(0), contact%row_pressure(0), contact%row_secant(3, 3, 0))
+    allocate (contact%condition(0), contact%row_pressure(0), contact%row_secant(3, 3, 0), &
+              contact%row_push(3, 0))
 
   end subroutine body_contact_create
 
@@ -302,8 +311,9 @@ contains
 
     if (size(self%condition) < rows%n_row) then
       room = 2 * rows%n_row
-      deallocate (self%condition, self%row_pressure, self%row_secant)
-      allocate (self%condition(room), self%row_pressure(room), self%row_secant(3, 3, room))
+      deallocate (self%condition, self%row_pressure, self%row_secant, self%row_push)
+      allocate (self%condition(room), self%row_pressure(room), self%row_secant(3, 3, room), &
+                self%row_push(3, room))
     end if
     if (rows%n_row == 0) return
     self%condition(:rows%n_row) = self%place(rows%key(:rows%n_row))
@@ -430,6 +440,74 @@ contains
 
   end subroutine leave_all
 
+  !> True when boundaries hold all that could open or close a condition.
+  pure function is_stuck(self, rows, row) result(stuck)
+    class(body_contact_t), intent(in) :: self
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: row
+    logical :: stuck
+
+    !> Share of the derivative of a penetration that counts as none.
+    real(wp), parameter :: NONE = 1.0e-8_wp
+
+    real(wp) :: slope(3)
+    integer :: entry
+
+    stuck = .false.
+    if (.not. allocated(self%freedom)) return
+    do entry = rows%first(row), rows%first(row + 1) - 1
+      slope = matmul(self%freedom(:, :, rows%node(entry)), rows%slope(:, entry))
+      if (norm2(slope) > NONE * rows%area(row)) return
+    end do
+    stuck = .true.
+
+  end function is_stuck
+
+  !> Friction follows the pressure.
+  pure subroutine body_contact_push(self, rows, change, force)
+    class(body_contact_t), intent(in) :: self
+    !> Of the last evaluation.
+    type(contact_rows_t), intent(in) :: rows
+    !> Of the pressures [stress]; shape (n_condition).
+    real(wp), intent(in) :: change(:)
+    !> On the surface nodes [force]; shape (3, n_surface_node); added to.
+    real(wp), intent(inout) :: force(:, :)
+
+    integer :: entry, i, row
+
+    do row = 1, rows%n_row
+      i = self%condition(row)
+      if (i == 0) cycle
+      if (.not. self%active(i)) cycle
+      do entry = rows%first(row), rows%first(row + 1) - 1
+        associate (f => force(:, rows%node(entry)))
+          f = f + change(i) * (rows%force(:, entry) + rows%share(entry) * self%row_push(:, row))
+        end associate
+      end do
+    end do
+
+  end subroutine body_contact_push
+
+  pure subroutine body_contact_penetrate(self, rows, of_row, change)
+    class(body_contact_t), intent(in) :: self
+    !> Of the last evaluation.
+    type(contact_rows_t), intent(in) :: rows
+    !> Change of the gap of each row [length]; least shape (n_row).
+    real(wp), intent(in) :: of_row(:)
+    !> That of the penetration of active conditions [length], of others it is left alone; shape
+    !> (n_condition).
+    real(wp), intent(inout) :: change(:)
+
+    integer :: i, row
+
+    do row = 1, rows%n_row
+      i = self%condition(row)
+      if (i == 0) cycle
+      if (self%active(i)) change(i) = of_row(row)
+    end do
+
+  end subroutine body_contact_penetrate
+
   !> State of one condition, and how it responds where it is active.
   pure subroutine press(self, row, i, rows, x_start, x_moved, dt, velocity, response)
     class(body_contact_t), intent(inout) :: self
@@ -466,7 +544,9 @@ contains
       call add_spin(rows, row, x_start, x_moved, self%turn(:, :, i), response%spin)
     end if
     call self%decide(i, fitted_gap(self, i, rows%gap(row), 2))
+    self%row_push(:, row) = 0.0_wp
     if (.not. self%active(i)) return
+    self%stuck(i) = is_stuck(self, rows, row)
 
     penalty = self%growth * self%penalty(i)
     self%pressure(i) = self%multiplier(i) + penalty * self%penetration(i)
@@ -490,7 +570,10 @@ contains
     response%by_gap = penalty / rows%area(row)
     response%by_motion = matmul(point%d_slip, flat)
     response%by_motion = (response%by_motion + d_inertia) / rows%area(row)
-    if (self%pressure(i) > 0.0_wp) response%by_pressure = response%by_gap * point%d_pressure
+    if (self%pressure(i) > 0.0_wp) then
+      self%row_push(:, row) = point%d_pressure
+      response%by_pressure = response%by_gap * point%d_pressure
+    end if
     if (response%spin%exists) then
       turned = cross_product(normal, turned)
       response%by_angle = matmul(point%d_traction_old, turned)

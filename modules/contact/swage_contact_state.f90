@@ -9,6 +9,12 @@
 !> converged, so that the penetration goes to 0 with a penalty of any size; bonds of friction
 !> likewise take over the traction, and their elastic slip goes to 0.
 !>
+!> Where the conditions are no more than multipliers can satisfy, these are unknowns of the Newton
+!> iterations instead: each correction of the places comes with one of the multipliers that closes
+!> what the active conditions leave open. With Lagrange multipliers the iterations end when nothing
+!> is open, whatever the penalty, which then only decides, with the multiplier, what is active: a
+!> primal-dual active set (Hintermüller, Ito and Kunisch, SIAM Journal on Optimization 13, 2002).
+!>
 !> A condition whose state alternates during the iterations is held in it until the others have
 !> converged; if it contradicts its state then, it changes it, and the iterations go on.
 module swage_contact_state
@@ -22,12 +28,12 @@ module swage_contact_state
 
   public :: contact_census_t, contact_state_t, contact_state_create, contact_work_t, enforcement_t
   public :: CENSUS_ITERATIONS
-  public :: PENALTY, AUGMENTED_LAGRANGIAN, ENFORCEMENT_NAMES
+  public :: PENALTY, AUGMENTED_LAGRANGIAN, LAGRANGE, ENFORCEMENT_NAMES
 
-  integer, parameter :: PENALTY = 1, AUGMENTED_LAGRANGIAN = 2
+  integer, parameter :: PENALTY = 1, AUGMENTED_LAGRANGIAN = 2, LAGRANGE = 3
   !> What the key `enforcement` calls them.
   character(len=*), parameter :: ENFORCEMENT_NAMES(*) = &
-    [character(len=20) :: 'penalty', 'augmented_lagrangian']
+    [character(len=20) :: 'penalty', 'augmented_lagrangian', 'lagrange']
 
   !> A place this close to what is opposite, by its cell size, is in contact from the start when the
   !> contact cannot separate.
@@ -65,7 +71,7 @@ module swage_contact_state
 
   !> How strictly a contact is enforced.
   type :: enforcement_t
-    !> `PENALTY` or `AUGMENTED_LAGRANGIAN`.
+    !> `PENALTY`, `AUGMENTED_LAGRANGIAN` or `LAGRANGE`.
     integer :: kind = PENALTY
     !> Largest penetration, by the cell size, that ends the augmentations [1].
     real(wp) :: penetration_tolerance = 1.0e-4_wp
@@ -73,6 +79,10 @@ module swage_contact_state
     real(wp) :: multiplier_tolerance = 1.0e-2_wp
     !> Augmentations of a step after which it is taken as it is.
     integer :: maximum_augmentations = 20
+    !> Multipliers are corrected with the places, for the caller to do.
+    logical :: within_newton = .false.
+    !> Stiffness of a cell by the penalty: by it counts what multipliers have not closed [1].
+    real(wp) :: cell_share = 1.0_wp
   end type enforcement_t
 
   !> What a contact does during a step, by the trapezoidal rule: with the mean of the forces at its
@@ -120,6 +130,10 @@ module swage_contact_state
     !> Part of the pressure that does not depend on the penetration, at the start of the step and
     !> now [stress].
     real(wp), allocatable :: multiplier_old(:), multiplier(:)
+    !> The last correction of the multipliers, and what it starts from [stress].
+    real(wp), allocatable :: multiplier_correction(:), multiplier_base(:)
+    !> True where nothing that could open or close the condition is free to move.
+    logical, allocatable :: stuck(:)
     !> Friction on the body at the start of the step and at the last evaluation [stress].
     real(wp), allocatable :: traction_old(:, :), traction(:, :)
     !> At the start of the step: penetration [length] and normal; pressure and friction times area
@@ -170,6 +184,13 @@ module swage_contact_state
     procedure :: meet => contact_state_meet
     !> Whether a condition is in contact at a given penetration.
     procedure :: decide => contact_state_decide
+    !> Prepare the multipliers for a correction, and take a share of it.
+    procedure :: start_correction => contact_state_start_correction
+    procedure :: move_multipliers => contact_state_move_multipliers
+    !> What closes a condition: pressure times area by penetration.
+    procedure :: stiffness_of => contact_state_stiffness_of
+    !> What is left open, as a force.
+    procedure :: open_force_square => contact_state_open_force_square
     !> Once an iteration: hold conditions that alternate between contact and none.
     procedure :: hold => contact_state_hold
     !> How the conditions of this rank stand.
@@ -223,13 +244,14 @@ contains
     n = ubound(tag, 1)
     state%enforcement = enforcement
     allocate (state%area(n), state%flow_stress(n), state%penetration(n), state%pressure(n), &
-              state%multiplier_old(n), state%multiplier(n), state%bond_change(n), &
+              state%multiplier_old(n), state%multiplier(n), state%multiplier_correction(n), &
+              state%multiplier_base(n), state%bond_change(n), &
               state%penetration_old(n), state%load_old(n), source=0.0_wp)
     allocate (state%traction_old(3, n), state%traction(3, n), state%shear_old(3, n), &
               state%normal_old(3, n), state%bond(3, n), state%slip(3, n), state%slip_was(3, n), &
               state%traction_was(3, n), source=0.0_wp)
     allocate (state%active(n), state%bonded(n), state%was_active(n), state%held(n), &
-              state%touched(n), state%turned_about(n), source=.false.)
+              state%touched(n), state%turned_about(n), state%stuck(n), source=.false.)
     allocate (state%n_change(n), state%changed_at(n), source=0)
     call sliding_inertia_create(inertia, n, state%inertia)
     call remember_standing(state)
@@ -306,6 +328,59 @@ contains
 
   end function is_pressed
 
+  !> A condition that is not active has no multiplier.
+  pure subroutine contact_state_start_correction(self)
+    class(contact_state_t), intent(inout) :: self
+
+    self%multiplier_correction = 0.0_wp
+    if (.not. self%enforcement%within_newton) return
+    where (.not. self%active) self%multiplier = 0.0_wp
+    self%multiplier_base = self%multiplier
+
+  end subroutine contact_state_start_correction
+
+  pure subroutine contact_state_move_multipliers(self, step_length)
+    class(contact_state_t), intent(inout) :: self
+    !> 1 for the whole correction.
+    real(wp), intent(in) :: step_length
+
+    if (.not. self%enforcement%within_newton) return
+    self%multiplier = self%multiplier_base + step_length * self%multiplier_correction
+
+  end subroutine contact_state_move_multipliers
+
+  !> Zero where multipliers are not corrected with the places.
+  pure function contact_state_stiffness_of(self, i) result(stiffness)
+    class(contact_state_t), intent(in) :: self
+    integer, intent(in) :: i
+    !> [force/length]
+    real(wp) :: stiffness
+
+    stiffness = 0.0_wp
+    if (.not. self%enforcement%within_newton) return
+    if (self%active(i) .and. .not. self%stuck(i)) then
+      stiffness = self%growth * self%penalty(i) * self%area(i)
+    end if
+
+  end function contact_state_stiffness_of
+
+  !> Sum over this rank's conditions of the squared forces that cells would make of penetrations and
+  !> gaps where Lagrange multipliers shall leave none.
+  pure function contact_state_open_force_square(self) result(total)
+    class(contact_state_t), intent(in) :: self
+    real(wp) :: total
+
+    integer :: i
+
+    total = 0.0_wp
+    if (self%enforcement%kind /= LAGRANGE) return
+    do i = 1, ubound(self%tag, 1)
+      total = total + (self%stiffness_of(i) * self%penetration(i))**2
+    end do
+    total = total * (self%enforcement%cell_share / self%growth)**2
+
+  end function contact_state_open_force_square
+
   pure subroutine contact_state_hold(self)
     class(contact_state_t), intent(inout) :: self
 
@@ -364,15 +439,17 @@ contains
 
     measures = 0.0_wp
     do i = 1, ubound(self%tag, 1)
-      if (self%active(i)) then
+      if (self%active(i) .and. .not. self%stuck(i)) then
         measures(1) = max(measures(1), abs(self%penetration(i)) / self%size(i))
         if (self%is_tied) then
           measures(1) = max(measures(1), norm2(self%slip(:, i)) / self%size(i))
           measures(3) = max(measures(3), norm2(self%traction(:, i)))
         end if
       end if
-      measures(2) = max(measures(2), abs(self%pressure(i) - self%multiplier(i)), &
-                        self%bond_change(i))
+      measures(2) = max(measures(2), self%bond_change(i))
+      if (.not. self%stuck(i)) then
+        measures(2) = max(measures(2), abs(self%pressure(i) - self%multiplier(i)))
+      end if
       measures(3) = max(measures(3), abs(self%pressure(i)))
       if (contradicts(self, i)) measures(4) = max(measures(4), precedence(self%tag(i)))
     end do
@@ -412,8 +489,8 @@ contains
     logical, intent(out) :: done
     !> True when conditions were found wrong too often: the step must be cut.
     logical, intent(out) :: gives_up
-    !> True when multipliers have taken over the pressure: bonds are still to take over the
-    !> traction, turned back to the start of the step.
+    !> True when multipliers have taken over the pressure, or will do so in the next correction:
+    !> bonds are still to take over the traction, turned back to the start of the step.
     logical, intent(out) :: augmented
 
     integer :: i
@@ -447,8 +524,13 @@ contains
         return
       end if
       self%n_augmentation = self%n_augmentation + 1
-      self%multiplier = self%pressure
       augmented = .true.
+      if (rule%within_newton) then
+        ! The next correction knows the multipliers better, and bonds need not change with them
+        augmented = measures(2) > rule%multiplier_tolerance * measures(3)
+        return
+      end if
+      self%multiplier = self%pressure
       if (measures(1) > rule%penetration_tolerance &
           .and. measures(1) > EXPECTED_SHARE * self%penetration_before) then
         self%growth = min(self%growth * PENALTY_GROWTH, LARGEST_GROWTH)
@@ -505,7 +587,12 @@ contains
     call self%inertia%accept(self%area, self%active .and. norm2(self%traction, dim=1) > 0.0_wp, &
                              self%slip)
     self%traction_old = self%traction
-    if (self%enforcement%kind == AUGMENTED_LAGRANGIAN) self%multiplier_old = self%pressure
+    if (self%enforcement%kind /= PENALTY) then
+      self%multiplier_old = self%pressure
+      ! What is open counts once
+      if (self%enforcement%within_newton) self%multiplier_old = self%multiplier
+      where (.not. self%active .or. self%stuck) self%multiplier_old = 0.0_wp
+    end if
     self%growth_old = self%growth
     self%has_stepped = .true.
     if (.not. self%separation) self%bonded = self%bonded .or. self%active

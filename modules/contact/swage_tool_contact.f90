@@ -11,7 +11,7 @@
 module swage_tool_contact
   use swage_block_matrix, only: block_matrix_t
   use swage_contact_state, only: AUGMENTED_LAGRANGIAN, contact_state_create, contact_state_t, &
-    contact_work_t, enforcement_t, ENFORCEMENT_NAMES, PENALTY
+    contact_work_t, enforcement_t, ENFORCEMENT_NAMES, LAGRANGE, PENALTY
   use swage_friction, only: friction_law_t, friction_point_t
   use swage_kinds, only: gp, wp
   use swage_rigid_tool, only: rigid_tool_t
@@ -22,12 +22,14 @@ module swage_tool_contact
   private
 
   public :: tool_contact_t, tool_contact_create, contact_work_t, enforcement_t, facet_normal
-  public :: PENALTY, AUGMENTED_LAGRANGIAN, ENFORCEMENT_NAMES
+  public :: PENALTY, AUGMENTED_LAGRANGIAN, LAGRANGE, ENFORCEMENT_NAMES
 
   !> Smallest share of a facet's area that a node gets, whatever its inclination to the tool: a
   !> node about to fold must not be free to penetrate.
   real(wp), parameter :: MINIMUM_SHARE = 0.1_wp
   real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
+  !> Share of the tool's normal that a node is free to follow, below which it is not.
+  real(wp), parameter :: HELD = 1.0e-8_wp
 
   !> One pair of surface and tool: a condition for each of this rank's own nodes.
   type, extends(contact_state_t) :: tool_contact_t
@@ -42,6 +44,12 @@ module swage_tool_contact
     real(wp), allocatable :: node_force(:, :), node_stiffness(:, :, :)
     !> What a secant of friction has more than that [force/length]; shape (3, 3, :).
     real(wp), allocatable :: node_secant(:, :, :)
+    !> Force on each node by its pressure [length^2], and normal of the tool there, of active ones;
+    !> shape (3, :).
+    real(wp), allocatable :: node_push(:, :), node_normal(:, :)
+    !> Projection on the directions in which each node is free, for the caller to set; all are where
+    !> it is not allocated; shape (3, 3, :).
+    real(wp), allocatable :: freedom(:, :, :)
     !> Force on the tool and its torque about the tool's reference point, of this rank's nodes.
     real(wp) :: force(3) = 0.0_wp
     real(wp) :: torque(3) = 0.0_wp
@@ -97,7 +105,8 @@ contains
     allocate (contact%node, source=node)
     n = ubound(node, 1)
     allocate (contact%node_force(3, n), contact%node_stiffness(3, 3, n), &
-              contact%node_secant(3, 3, n), source=0.0_wp)
+              contact%node_secant(3, 3, n), contact%node_push(3, n), contact%node_normal(3, n), &
+              source=0.0_wp)
 
   end subroutine tool_contact_create
 
@@ -293,6 +302,10 @@ contains
     call self%decide(i, penetration)
     if (.not. self%active(i)) return
 
+    self%stuck(i) = .false.
+    if (allocated(self%freedom)) then
+      self%stuck(i) = norm2(matmul(self%freedom(:, :, i), normal)) < HELD
+    end if
     self%pressure(i) = self%multiplier(i) + penalty * penetration
     ! Derivatives by the position; the penetration's is -normal, the normal's -hessian
     d_pressure = -penalty * normal
@@ -333,7 +346,12 @@ contains
         / norm2(point%slip - self%slip_was(:, i))
     end if
     secant = -self%area(i) * matmul(point%d_slip + point%secant * IDENTITY, d_slip)
-    if (self%pressure(i) > 0.0_wp) column = self%area(i) * dyadic(point%d_pressure, d_pressure)
+    self%node_normal(:, i) = normal
+    self%node_push(:, i) = self%area(i) * normal
+    if (self%pressure(i) > 0.0_wp) then
+      self%node_push(:, i) = self%area(i) * (normal + point%d_pressure)
+      column = self%area(i) * dyadic(point%d_pressure, d_pressure)
+    end if
 
   end subroutine tool_contact_press
 

@@ -5,11 +5,17 @@ module swage_contact_keys
   use swage_contact_formulation_registry, only: contact_formulation_names
   use swage_group, only: group_t
   use swage_kinds, only: wp
-  use swage_tool_contact, only: AUGMENTED_LAGRANGIAN, enforcement_t, ENFORCEMENT_NAMES, PENALTY
+  use swage_text, only: text
+  use swage_tool_contact, only: enforcement_t, ENFORCEMENT_NAMES, LAGRANGE, PENALTY
   implicit none(type, external)
   private
 
   public :: contact_keys_t, take_contact, refuse_formulation
+
+  !> Penetration by the cell size that Lagrange multipliers may leave, unless the user says else.
+  real(wp), parameter :: CLOSED = 1.0e-8_wp
+  !> Penalty factor beyond which Lagrange multipliers gain nothing, and lose digits.
+  real(wp), parameter :: STIFFEST = 10.0_wp
 
   !> What a group `&contact` says; the names in it are still to be looked up.
   type :: contact_keys_t
@@ -58,16 +64,21 @@ contains
     call group%take('master', keys%master, 'Name of the &tool, of another &body, or of a '// &
                     'physical group of its surface.', required=.true.)
     call group%take('friction', keys%friction, 'Name of the &friction; ''none'': frictionless.')
-    call group%take('enforcement', kind, 'Pressure by penetration, or multipliers that bring '// &
-                    'the penetration to nothing.', choices=ENFORCEMENT_NAMES)
+    call group%take('enforcement', kind, 'Pressure by penetration; multipliers that bring '// &
+                    'the penetration below a tolerance; or multipliers as unknowns, which '// &
+                    'leave none.', choices=ENFORCEMENT_NAMES)
+    keys%enforcement%kind = findloc(ENFORCEMENT_NAMES == kind, .true., dim=1)
+    if (keys%enforcement%kind == LAGRANGE) keys%enforcement%penetration_tolerance = CLOSED
     call group%take('penalty_factor', keys%penalty, '1', 'Contact pressure by penetration, as '// &
                     'a multiple of the stiffness of a cell; without it 1000 where surfaces are '// &
-                    'tied.', above=0.0_wp)
+                    'tied. With ''lagrange'' the result does not depend on it, and more than '// &
+                    text(STIFFEST)//' is taken for that.', above=0.0_wp)
     call group%take('tangential_factor', keys%tangential, '1', 'Friction stress by slip of a '// &
                     'law that bonds, as a multiple of that of the pressure.', above=0.0_wp)
     associate (rule => keys%enforcement)
       call group%take('penetration_tolerance', rule%penetration_tolerance, '1', 'Penetration, '// &
-                      'by the cell size, below which multipliers are left alone.', above=0.0_wp)
+                      'by the cell size, below which multipliers are left alone; of '// &
+                      '''lagrange'' by default '//text(CLOSED)//'.', above=0.0_wp)
       call group%take('multiplier_tolerance', rule%multiplier_tolerance, '1', 'Change of '// &
                       'multipliers, by the largest pressure, below which they are left alone.', &
                       above=0.0_wp)
@@ -82,8 +93,15 @@ contains
                     'and the contact carries tension.')
     call take_formulation(group, keys)
     if (keys%tied .and. .not. group%given('penalty_factor')) keys%penalty = STIFF_TIE
-    keys%enforcement%kind = findloc(ENFORCEMENT_NAMES == kind, .true., dim=1)
-    if (group%explaining .or. keys%enforcement%kind == AUGMENTED_LAGRANGIAN) return
+    if (keys%tied .and. keys%enforcement%kind == LAGRANGE) then
+      call group%refuse('enforcement', '''lagrange'' has multipliers of the pressure alone, '// &
+                        'and a tie holds in all directions: ''augmented_lagrangian'' has them '// &
+                        'for all')
+    end if
+    keys%enforcement%within_newton = keys%enforcement%kind /= PENALTY .and. .not. keys%tied
+    if (keys%enforcement%kind == LAGRANGE) keys%penalty = min(keys%penalty, STIFFEST)
+    keys%enforcement%cell_share = 1.0_wp / keys%penalty
+    if (group%explaining .or. keys%enforcement%kind /= PENALTY) return
     call refuse_idle('penetration_tolerance')
     call refuse_idle('multiplier_tolerance')
     call refuse_idle('maximum_augmentations')

@@ -157,6 +157,10 @@ module swage_mechanics
     real(wp), allocatable :: reach(:)
     !> The last correction, and the coordinates it starts from; shape (n).
     real(wp), allocatable :: correction(:), base(:)
+    !> Of the last correction: how the nodes give way to each coordinate, derivatives of the
+    !> residuals by the nodes, both along the local axes of the constraints, and the system left for
+    !> the coordinates; shapes (n_dim + 1, n_node, n), (n, n).
+    real(wp), allocatable :: response(:, :, :), row(:, :, :), system(:, :)
   end type controls_t
 
   type, extends(newton_problem_t) :: mechanics_t
@@ -470,6 +474,34 @@ module swage_mechanics
       type(status_t), intent(inout) :: status
     end subroutine correct_tools
 
+    !> Collective. Let the controlled tools follow forces and a motion of the nodes.
+    module subroutine follow_with_tools(self, force, motion, step)
+      implicit none(type, external)
+      class(mechanics_t), intent(in) :: self
+      !> Along the controlled coordinates, all ranks together; shape (n of the controls).
+      real(wp), intent(in) :: force(:)
+      !> Of the nodes with fixed tools on entry, with both on return; along the local axes.
+      real(wp), intent(inout) :: motion(:, :)
+      !> Of the coordinates; shape of `force`.
+      real(wp), intent(out) :: step(:)
+    end subroutine follow_with_tools
+
+    !> Collective. Where boundaries hold the nodes, for the contacts that ask.
+    module subroutine share_freedom(self)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+    end subroutine share_freedom
+
+    !> Collective. Correct the multipliers with the nodes: changes `correction`, along the local
+    !> axes of the constraints, from that of held multipliers to that of both.
+    module subroutine correct_multipliers(self, weight, status)
+      implicit none(type, external)
+      class(mechanics_t), intent(inout) :: self
+      !> Of the slots of a residual, for the linear solver; shape (n_dim + 1).
+      real(wp), contiguous, intent(in) :: weight(:)
+      type(status_t), intent(inout) :: status
+    end subroutine correct_multipliers
+
     !> Set the controlled coordinates to their base plus a share of the correction.
     module subroutine move_tools(self, step_length)
       implicit none(type, external)
@@ -651,6 +683,7 @@ contains
     end if
 
     self%starts_from_rest = .not. share > 0.0_wp
+    call share_freedom(self)
     call self%times%begin(PHASE_CONTACT)
     call begin_tools(self, share)
     allocate (area(1, self%mesh%n_node))
@@ -815,7 +848,7 @@ contains
     type(step_size_t), intent(in) :: size_of_step
 
     real(wp), allocatable :: free(:, :)
-    real(wp) :: largest, sums(8)
+    real(wp) :: largest, sums(9)
     integer :: i, n, node
 
     n = self%mesh%dimension
@@ -839,9 +872,11 @@ contains
     sums(2) = sums(2) + sum(free(n + 1, self%mesh%n_own_node + 1:self%unknowns%n_own_node)**2)
     do i = 1, size(self%contacts)
       sums(3) = sums(3) + self%contacts(i)%force_square
+      sums(9) = sums(9) + self%contacts(i)%open_force_square()
     end do
     do i = 1, size(self%pairs)
       sums(3) = sums(3) + self%pairs(i)%contact%force_square
+      sums(9) = sums(9) + self%pairs(i)%contact%open_force_square()
     end do
     do i = 1, size(self%boundaries)
       sums(3) = sums(3) + sum(self%load_force(:, i)**2) &
@@ -861,7 +896,8 @@ contains
                          RELEASED * self%largest_force_scale, self%least_force)
     self%scales(2) = max(sums(5), LEAST_STRAIN * sums(6)) &
       / sqrt(real(self%unknowns%n_node_global, wp))
-    self%errors = sqrt(sums(1:2)) / self%scales
+    ! What Lagrange multipliers have not closed yet counts as the forces it would make
+    self%errors = sqrt([sums(1) + sums(9), sums(2)]) / self%scales
     self%work_error = 0.0_wp
     if (sqrt(sums(1)) > max(NEGLIGIBLE * self%scales(1), RESIDUAL_ROUNDING * self%least_force)) then
       self%work_error = abs(sums(7)) / max(sums(8), WORK_SHARE * self%energies%largest, &
@@ -926,6 +962,8 @@ contains
     end do
     call correct_tools(self, weight, status)
     if (status%failed()) return
+    call correct_multipliers(self, weight, status)
+    if (status%failed()) return
     call self%constraints%to_global(self%correction)
 
   end subroutine mechanics_correct
@@ -957,7 +995,7 @@ contains
     class(mechanics_t), intent(inout) :: self
     real(wp), intent(in) :: step_length
 
-    integer :: n
+    integer :: i, n
 
     n = self%mesh%dimension
     associate (node => self%unknowns%of_node)
@@ -965,6 +1003,12 @@ contains
     end associate
     self%pressure_new = self%base(n + 1, :) + step_length * self%correction(n + 1, :)
     call move_tools(self, step_length)
+    do i = 1, size(self%contacts)
+      call self%contacts(i)%move_multipliers(step_length)
+    end do
+    do i = 1, size(self%pairs)
+      call self%pairs(i)%contact%move_multipliers(step_length)
+    end do
 
   end subroutine mechanics_move
 

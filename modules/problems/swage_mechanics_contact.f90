@@ -15,12 +15,16 @@ contains
     logical :: contact_done, gives_up
 
     done = .true.
+    self%asks_for_correction = .false.
     do i = 1, size(self%contacts)
       associate (contact => self%contacts(i))
         call measure(self, contact%contact_state_t, measures)
         call contact%augment(self%tools(contact%tool), measures, contact_done, gives_up)
         if (gives_up) call give_up(contact%contact_state_t, status)
         done = done .and. contact_done
+        self%asks_for_correction = self%asks_for_correction &
+          .or. (contact%enforcement%within_newton .and. .not. contact_done &
+                .and. measures(1) > contact%enforcement%penetration_tolerance)
         penetration(i) = measures(1)
       end associate
     end do
@@ -30,10 +34,19 @@ contains
         call contact%augment(measures, contact_done, gives_up)
         if (gives_up) call give_up(contact%contact_state_t, status)
         done = done .and. contact_done
+        self%asks_for_correction = self%asks_for_correction &
+          .or. (contact%enforcement%within_newton .and. .not. contact_done &
+                .and. measures(1) > contact%enforcement%penetration_tolerance)
         among_bodies(i) = measures(1)
       end associate
     end do
     if (.not. done) return
+    do i = 1, size(self%contacts)
+      call note_alternation(self, self%contacts(i)%contact_state_t)
+    end do
+    do i = 1, size(self%pairs)
+      call note_alternation(self, self%pairs(i)%contact%contact_state_t)
+    end do
     do i = 1, size(self%contacts)
       call note_augmentations(self, self%contacts(i)%contact_state_t, penetration(i))
     end do
@@ -77,8 +90,10 @@ contains
       (self%n_evaluation == 1 .and. self%starts_from_rest) .or. self%errors(1) > FAR_OFF
     do i = 1, size(self%contacts)
       call self%contacts(i)%watch(takes_secants, self%matrix)
+      call self%contacts(i)%start_correction()
     end do
     do i = 1, size(self%pairs)
+      call self%pairs(i)%contact%start_correction()
       call secants%start()
       call self%pairs(i)%contact%watch(takes_secants, self%pairs(i)%rows, secants)
       do k = 1, secants%n
@@ -88,6 +103,23 @@ contains
     end do
 
   end procedure prepare_contacts
+
+  !> Collective. A line for the log about a step in which conditions alternated.
+  subroutine note_alternation(self, contact)
+    class(mechanics_t), intent(inout) :: self
+    type(contact_state_t), intent(in) :: contact
+
+    integer(gp) :: n
+
+    n = count(contact%held, kind=gp)
+    call self%comm%sum(n)
+    if (n == 0_gp) return
+    if (self%notes /= '') self%notes = self%notes//new_line('a')
+    self%notes = self%notes//'contact '//contact%name//': active-set flip-flop detected and '// &
+      'cured: '//text(int(n))//' conditions that alternated between contact and none were '// &
+      'held, and settled after '//text(contact%n_release)//' releases'
+
+  end subroutine note_alternation
 
   !> A line for the log about a step that took augmentations.
   subroutine note_augmentations(self, contact, penetration)

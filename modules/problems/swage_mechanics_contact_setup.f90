@@ -6,6 +6,7 @@ submodule(swage_mechanics) swage_mechanics_contact_setup
   use swage_contact_keys, only: contact_keys_t, refuse_formulation, take_contact
   use swage_contact_pair, only: contact_pair_create
   use swage_coupling_matrix, only: coupling_matrix_create
+  use swage_contact_state, only: enforcement_t, LAGRANGE
   use swage_facet_quadrature, only: has_facet_quadrature
   use swage_friction, only: friction_law_t
   use swage_friction_registry, only: friction_from_group
@@ -257,6 +258,7 @@ contains
     real(wp), parameter :: DEGREE = acos(-1.0_wp) / 180.0_wp
 
     real(wp), allocatable :: all_nodal(:, :), penalty(:)
+    type(enforcement_t) :: enforcement
     integer, allocatable :: owner(:)
     real(wp) :: depth, inertia, reach, tangential
     logical :: separates
@@ -297,6 +299,8 @@ contains
       call group%finish(status)
       if (status%failed()) return
       call pair%formulation%list_owners(pair%surfaces, owner)
+      call choose_multipliers(group, keys, pair, owner, enforcement, status)
+      if (status%failed()) return
       penalty = keys%penalty * pair_stiffness(surface%facet_node(:, slave), &
                                               surface%facet_node(:, master), all_nodal(1, :))
       separates = keys%separation
@@ -310,11 +314,45 @@ contains
       end if
       call body_contact_create(group%name, law, separates, owner, surface%is_own, &
                                surface%mesh_node, all_nodal(2, :), penalty, &
-                               tangential * penalty, keys%enforcement, inertia, pair%contact)
+                               tangential * penalty, enforcement, inertia, pair%contact)
       call check_start(self, group, keys, pair, status)
     end associate
 
   end subroutine create_pair
+
+  !> Multipliers are unknowns where the motion of the nodes can satisfy all conditions at once; else
+  !> those of Lagrange are refused.
+  subroutine choose_multipliers(group, keys, pair, owner, enforcement, status)
+    type(group_t), intent(inout) :: group
+    type(contact_keys_t), intent(in) :: keys
+    type(body_pair_t), intent(in) :: pair
+    !> Slave node of each condition, 0 where there is none.
+    integer, intent(in) :: owner(:)
+    type(enforcement_t), intent(out) :: enforcement
+    type(status_t), intent(inout) :: status
+
+    enforcement = keys%enforcement
+    if (.not. pair%formulation%admits_multipliers()) then
+      if (enforcement%kind == LAGRANGE) then
+        call group%refuse('enforcement', '''lagrange'' does not go with formulation '// &
+                          keys%formulation//', whose conditions on both sides are more than '// &
+                          'the surfaces can satisfy: take formulation ''quasi_symmetric'' or '// &
+                          'enforcement ''augmented_lagrangian''')
+      end if
+      enforcement%within_newton = .false.
+    else if (count(owner > 0) > size(pair%surfaces%slave%node)) then
+      if (enforcement%kind == LAGRANGE) then
+        call group%refuse('enforcement', '''lagrange'' admits one condition for each node of '// &
+                          'the slave, which has '//text(size(pair%surfaces%slave%node))// &
+                          '; this variant has '//text(count(owner > 0))//', more than the '// &
+                          'surfaces can satisfy: take variant ''nodal'', formulation '// &
+                          '''quasi_symmetric'' or enforcement ''augmented_lagrangian''')
+      end if
+      enforcement%within_newton = .false.
+    end if
+    call group%finish(status)
+
+  end subroutine choose_multipliers
 
   !> Mean stiffnesses of both sides, one behind the other: the softer decides. One for all nodes, so
   !> that a uniform pressure needs a uniform penetration, whatever the sizes of the cells.

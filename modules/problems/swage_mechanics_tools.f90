@@ -267,7 +267,7 @@ contains
 
   module procedure correct_tools
 
-    real(wp), allocatable :: column(:, :), response(:, :, :), row(:, :, :)
+    real(wp), allocatable :: column(:, :)
     real(wp) :: right(self%controls%n), scale, system(self%controls%n, self%controls%n)
     integer :: k, l, n
 
@@ -275,32 +275,40 @@ contains
     if (n == 0) return
     associate (unknowns => self%unknowns)
       allocate (column(unknowns%n_slot, unknowns%n_node))
-      allocate (row(unknowns%n_slot, unknowns%n_node, n), source=0.0_wp)
-      allocate (response(unknowns%n_slot, unknowns%n_node, n), source=0.0_wp)
+      if (.not. allocated(self%controls%row)) then
+        allocate (self%controls%row(unknowns%n_slot, unknowns%n_node, n), &
+                  self%controls%response(unknowns%n_slot, unknowns%n_node, n))
+      end if
     end associate
+    self%controls%row = 0.0_wp
+    self%controls%response = 0.0_wp
     self%controls%base = offsets(self)
 
     do k = 1, n
       if (.not. self%controls%touches(self%controls%tool(k))) cycle
-      call border(self, k, column, row(:, :, k))
-      call self%constraints%to_local(row(:, :, k))
+      call border(self, k, column, self%controls%row(:, :, k))
+      call self%constraints%to_local(self%controls%row(:, :, k))
       call self%constraints%remove_from(column)
       call self%constraints%to_local(column)
-      call self%solver%solve(self%matrix, column, weight, RESPONSE_TOLERANCE, response(:, :, k), &
-                             status)
+      call self%solver%solve(self%matrix, column, weight, RESPONSE_TOLERANCE, &
+                             self%controls%response(:, :, k), status)
       call self%comm%agree(status)
       if (status%failed()) return
     end do
 
     ! What is left for the tools once the nodes have given way
     do k = 1, n
-      right(k) = -self%controls%residual(k) - product_of(row(:, :, k), self%correction)
-      do l = 1, n
-        system(k, l) = self%controls%tangent(k, l) - product_of(row(:, :, k), response(:, :, l))
-      end do
+      associate (row => self%controls%row(:, :, k))
+        right(k) = -self%controls%residual(k) - product_of(self, row, self%correction)
+        do l = 1, n
+          system(k, l) = self%controls%tangent(k, l) &
+            - product_of(self, row, self%controls%response(:, :, l))
+        end do
+      end associate
       system(k, k) = system(k, k) + LOOSE * self%controls%stiffness(k)
     end do
     call free_tools(self, system, right)
+    self%controls%system = system
     call solve_dense(system, right)
 
     ! Far from the solution a tool that is hardly held may not run away
@@ -312,23 +320,40 @@ contains
     end do
     self%controls%correction = right / scale
     do k = 1, n
-      self%correction = self%correction - self%controls%correction(k) * response(:, :, k)
+      self%correction = self%correction &
+        - self%controls%correction(k) * self%controls%response(:, :, k)
     end do
 
-  contains
-
-    !> Collective. Sum over all nodes, each counted by its owner.
-    function product_of(a, b) result(total)
-      real(wp), intent(in) :: a(:, :)
-      real(wp), intent(in) :: b(:, :)
-      real(wp) :: total
-
-      total = sum(a(:, :self%unknowns%n_own_node) * b(:, :self%unknowns%n_own_node))
-      call self%comm%sum(total)
-
-    end function product_of
-
   end procedure correct_tools
+
+  !> Collective. Sum over all nodes, each counted by its owner.
+  function product_of(self, a, b) result(total)
+    class(mechanics_t), intent(in) :: self
+    real(wp), intent(in) :: a(:, :)
+    real(wp), intent(in) :: b(:, :)
+    real(wp) :: total
+
+    total = sum(a(:, :self%unknowns%n_own_node) * b(:, :self%unknowns%n_own_node))
+    call self%comm%sum(total)
+
+  end function product_of
+
+  module procedure follow_with_tools
+
+    real(wp) :: system(self%controls%n, self%controls%n)
+    integer :: k
+
+    if (self%controls%n == 0) return
+    do k = 1, self%controls%n
+      step(k) = force(k) - product_of(self, self%controls%row(:, :, k), motion)
+    end do
+    system = self%controls%system
+    call solve_dense(system, step)
+    do k = 1, self%controls%n
+      motion = motion - step(k) * self%controls%response(:, :, k)
+    end do
+
+  end procedure follow_with_tools
 
   !> Column ∂R/∂q and row ∂r/∂u of a control, along the global axes, of this rank's own nodes,
   !> whose numbers are those of the unknowns.

@@ -61,6 +61,9 @@ module swage_newton
     !> True when the next correction shall take it: the last one, however short, did not reduce the
     !> errors.
     logical :: needs_safe_tangent = .false.
+    !> True when converged unknowns that were refused need a correction, however small their errors;
+    !> until it is made.
+    logical :: asks_for_correction = .false.
   contains
     !> Collective. Residual, errors and tangent at the present unknowns.
     procedure(evaluate_problem), deferred :: evaluate
@@ -127,6 +130,7 @@ contains
     logical :: done, may_grow, reduced, was_safe
 
     problem%needs_safe_tangent = .false.
+    problem%asks_for_correction = .false.
     call problem%evaluate(status)
     if (status%failed()) return
     report%errors(:, 0) = problem%errors
@@ -142,6 +146,7 @@ contains
         last_augmentation = iteration
         call problem%evaluate(status)
         if (status%failed()) return
+        if (problem%asks_for_correction) exit
       end do
       if (iteration - last_augmentation >= control%maximum_iterations &
           .or. iteration >= MAXIMUM_HISTORY) exit
@@ -156,6 +161,7 @@ contains
       ! Errors are relative to the step's motion, and mean nothing before it is imposed
       may_grow = problem%has_pending_values
       call problem%correct(status)
+      problem%asks_for_correction = .false.
       if (status%failed()) return
 
       was_safe = problem%needs_safe_tangent
