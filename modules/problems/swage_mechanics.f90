@@ -184,6 +184,8 @@ module swage_mechanics
     real(wp), allocatable :: surface_start(:, :), surface_moved(:, :)
     !> Version of the coupling's pattern that the solver has analysed.
     integer :: analysed_version = 0
+    !> How often patterns of the matrix have been analysed in this run.
+    integer :: n_analysis = 0
     !> Place in `materials` and `bodies`; shape (n_cell).
     integer, allocatable :: material_of_cell(:), body_of_cell(:)
 

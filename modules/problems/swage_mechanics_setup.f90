@@ -100,6 +100,7 @@ contains
     call linear_solver_create(self%settings%linear_solver, self%comm, self%unknowns%halo, &
                               self%unknowns, self%matrix, int(self%unknowns%n_node_global), &
                               self%solver, status)
+    self%n_analysis = self%n_analysis + 1
 
   end procedure create_solver
 
