@@ -332,7 +332,14 @@ contains
     type(status_t), intent(inout) :: status
 
     enforcement = keys%enforcement
-    if (.not. pair%formulation%admits_multipliers()) then
+    if (pair%surfaces%is_self) then
+      if (enforcement%kind == LAGRANGE) then
+        call group%refuse('enforcement', '''lagrange'' does not go with a surface that folds '// &
+                          'onto itself, where both sides have conditions, more than they can '// &
+                          'satisfy: take enforcement ''augmented_lagrangian''')
+      end if
+      enforcement%within_newton = .false.
+    else if (.not. pair%formulation%admits_multipliers()) then
       if (enforcement%kind == LAGRANGE) then
         call group%refuse('enforcement', '''lagrange'' does not go with formulation '// &
                           keys%formulation//', whose conditions on both sides are more than '// &

@@ -49,6 +49,7 @@ COULOMB = f"kind = 'coulomb' coefficient = {MU}"
 BONDED = " method = 'return_mapping'"
 AUGMENTED = ("enforcement = 'augmented_lagrangian' penetration_tolerance = 1e-12 "
              "multiplier_tolerance = 1e-11")
+MULTIPLIERS = AUGMENTED.replace('augmented_lagrangian', 'lagrange')
 
 SLOPE = """
 &job units = 'mm-tonne-s' dimension = '3d' /
@@ -104,14 +105,15 @@ def coulomb(context):
     yield context.row('bonded: heat on the way back [mJ]', heat[back] - heat[out],
                       limit * (2 * DRAG - 2 * STICK), TOLERANCE)
 
-    history = drag(context, 'augmented', COULOMB + BONDED, AUGMENTED)
-    force = [-value for value in history['force_table_x']]
-    first = history['time'].index(1.125)
-    yield context.row('augmented: force at the first increment [N]', force[first], limit,
-                      TOLERANCE)
-    yield context.row('augmented: force on the way back [N]', force[-1], -limit, TOLERANCE)
-    yield context.row('augmented: penetration by cell',
-                      max(abs(value) for value in history['penetration_by_cell_foot']), 0, 1e-12)
+    for name, keys in (('augmented', AUGMENTED), ('multipliers', MULTIPLIERS)):
+        history = drag(context, name, COULOMB + BONDED, keys)
+        force = [-value for value in history['force_table_x']]
+        first = history['time'].index(1.125)
+        yield context.row(f'{name}: force at the first increment [N]', force[first], limit,
+                          TOLERANCE)
+        yield context.row(f'{name}: force on the way back [N]', force[-1], -limit, TOLERANCE)
+        yield context.row(f'{name}: penetration by cell', max(
+            abs(value) for value in history['penetration_by_cell_foot']), 0, 1e-12)
 
     # Fading friction reaches the limit up to (fading rate / drag rate)^2 / 2
     history = drag(context, 'fading', COULOMB + f' regularisation_velocity = {1e-5 * DRAG!r}')
@@ -143,7 +145,8 @@ def rates(context):
 def incline(context):
     """Stress of 10 MPa along gravity on a slab that only friction holds."""
     for name, enforcement in (('penalty', ''),
-                              ('augmented', "enforcement = 'augmented_lagrangian'")):
+                              ('augmented', "enforcement = 'augmented_lagrangian'"),
+                              ('multipliers', "enforcement = 'lagrange'")):
         for angle, exit_code in ((16.6, 0), (16.8, 4)):
             theta = math.radians(angle)
             case = SLOPE.format(young=YOUNG, along=10 * math.sin(theta),

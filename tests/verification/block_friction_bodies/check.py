@@ -52,6 +52,7 @@ TO_AND_FRO = f'displacement = {DRAG}, 0, 0 time = 0, 1, 2, 3 factor = 0, 0, 1, -
 COULOMB = f"kind = 'coulomb' coefficient = {MU} method = 'return_mapping'"
 AUGMENTED = ("enforcement = 'augmented_lagrangian' penetration_tolerance = 1e-12 "
              "multiplier_tolerance = 1e-11")
+MULTIPLIERS = AUGMENTED.replace('augmented_lagrangian', 'lagrange')
 
 SLOPE = """
 &job units = 'mm-tonne-s' dimension = '3d' /
@@ -143,15 +144,18 @@ def coulomb(context):
         yield context.row(f'{name}: heat on the way back [mJ]', heat[back] - heat[out],
                           limit * (2 * DRAG - 2 * STICK), TOLERANCE)
 
-    for name, keys in (('l2', ''), ('nodal', " formulation = 'master_slave'")):
-        history = drag(context, f'{name}_augmented', COULOMB, AUGMENTED + keys).history
+    for name, method, keys in (
+            ('l2', 'augmented', AUGMENTED), ('l2', 'multipliers', MULTIPLIERS),
+            ('nodal', 'augmented', AUGMENTED + " formulation = 'master_slave'"),
+            ('nodal', 'multipliers', MULTIPLIERS + " formulation = 'master_slave'")):
+        history = drag(context, f'{name}_{method}', COULOMB, keys).history
         force = history['reaction_drag_x']
         first = history['time'].index(1.125)
         way = force[first:first + 8] + [-value for value in force[first + 8:]]
         furthest = max(way, key=lambda value: abs(value - limit))
-        yield context.row(f'{name}, augmented: force, all increments [N]', furthest, limit,
+        yield context.row(f'{name}, {method}: force, all increments [N]', furthest, limit,
                           TOLERANCE)
-        yield context.zero(f'{name}, augmented: penetration by cell',
+        yield context.zero(f'{name}, {method}: penetration by cell',
                            max(abs(value) for value in history['penetration_by_cell_foot']), 1e-12)
 
     history = drag(context, 'symmetric', COULOMB, "formulation = 'symmetric'").history
@@ -186,7 +190,8 @@ def rates(context):
 def incline(context):
     """Stress of 10 MPa along gravity on a slab that only friction holds."""
     for name, keys in (('penalty', ''), ('nodal', "formulation = 'master_slave'"),
-                       ('augmented', "enforcement = 'augmented_lagrangian'")):
+                       ('augmented', "enforcement = 'augmented_lagrangian'"),
+                       ('multipliers', "enforcement = 'lagrange'")):
         for angle, exit_code in ((16.6, 0), (16.8, 4)):
             theta = math.radians(angle)
             case = SLOPE.format(young=YOUNG, along=10 * math.sin(theta),

@@ -147,6 +147,18 @@ def billet(context):
     yield context.row('billet: force in all increments', worst, 0, 1e-8)
     yield context.below('billet: C of e(k+1) = C e(k)^2', quadratic_factor(forced), 100)
 
+    # The tool and the multipliers of its nodes follow each other
+    text = BILLET.format(top=15.5, drive="controls = 'press'", moved=press)
+    closed = context.run_swage(text.replace(
+        "master = 'upper'", "master = 'upper' enforcement = 'lagrange'"), name='closed')
+    worst = max(abs(value / (150000 * t) - 1) for t, value in zip(
+        closed.history['time'][1:], closed.history['force_upper_y'][1:]))
+    yield context.row('billet, multipliers: force in all increments', worst, 0, 1e-8)
+    yield context.below('billet, multipliers: penetration by the cell', max(
+        abs(value) for value in closed.history['penetration_by_cell_top']), 1e-8)
+    yield context.below('billet, multipliers: iterations an increment',
+                        sum(closed.history['iterations']) / 20, 8)
+
     times = ', '.join(repr(t) for t in history['time'])
     strokes = ', '.join(repr(-y) for y in place)
     follow = (f"&motion name = 'follow' direction = 0, -1, 0\n  time = {times}\n"
