@@ -21,6 +21,8 @@ module swage_contact_keys
   type :: contact_keys_t
     character(len=64), allocatable :: slave(:)
     character(len=:), allocatable :: master
+    !> The two are named without saying which is which.
+    logical :: chooses = .false.
     character(len=:), allocatable :: friction
     !> Stiffness by that of a cell, and that of bonds by the former [1].
     real(wp) :: penalty = 10.0_wp
@@ -52,17 +54,29 @@ contains
     type(group_t), intent(inout) :: group
     type(contact_keys_t), intent(out) :: keys
 
+    character(len=64), allocatable :: bodies(:)
     character(len=:), allocatable :: kind
 
-    allocate (keys%slave(0))
+    allocate (bodies(0), keys%slave(0))
     keys%master = ''
+    call group%take_list('bodies', bodies, 'In place of `slave` and `master`: names of two '// &
+                         '&body, or of groups of their surfaces, of which the finer becomes '// &
+                         'the slave, or the softer where both are about as fine.')
+    keys%chooses = group%given('bodies')
     keys%friction = 'none'
     allocate (kind, source=trim(ENFORCEMENT_NAMES(PENALTY)))
     call group%take_list('slave', keys%slave, 'Name of a &body, whose whole surface except '// &
                          'symmetry planes may touch, or physical groups of its surface.', &
-                         required=.true.)
+                         required=group%explaining .or. (group%given('master') &
+                                                         .and. .not. keys%chooses))
     call group%take('master', keys%master, 'Name of the &tool, of another &body, or of a '// &
-                    'physical group of its surface.', required=.true.)
+                    'physical group of its surface.', required=group%explaining .or. &
+                    (group%given('slave') .and. .not. keys%chooses))
+    if (keys%chooses) then
+      call take_sides(group, bodies, keys)
+    else if (.not. (group%explaining .or. group%given('slave') .or. group%given('master'))) then
+      call group%refuse('slave', 'must be given with `master`, or `bodies` for both')
+    end if
     call group%take('friction', keys%friction, 'Name of the &friction; ''none'': frictionless.')
     call group%take('enforcement', kind, 'Pressure by penetration; multipliers that bring '// &
                     'the penetration below a tolerance; or multipliers as unknowns, which '// &
@@ -118,6 +132,29 @@ contains
     end subroutine refuse_idle
 
   end subroutine take_contact
+
+  !> Two bodies; the first one counts as the slave until one is chosen.
+  subroutine take_sides(group, bodies, keys)
+    type(group_t), intent(inout) :: group
+    character(len=64), intent(in) :: bodies(:)
+    type(contact_keys_t), intent(inout) :: keys
+
+    if (group%given('slave')) then
+      call group%refuse('slave', 'is one too many: `bodies` names both sides')
+    else if (group%given('master')) then
+      call group%refuse('master', 'is one too many: `bodies` names both sides')
+    else if (size(bodies) /= 2) then
+      call group%refuse('bodies', 'must be the names of two bodies')
+    else if (bodies(1) == bodies(2)) then
+      call group%refuse('bodies', 'are the same: name two')
+    end if
+    deallocate (keys%slave)
+    allocate (keys%slave(1))
+    keys%slave = ''
+    if (size(bodies) > 0) keys%slave(1) = bodies(1)
+    if (size(bodies) > 1) keys%master = trim(bodies(2))
+
+  end subroutine take_sides
 
   !> Keys of a contact between bodies, which one with a tool must not have.
   subroutine take_formulation(group, keys)

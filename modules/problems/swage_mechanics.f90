@@ -136,6 +136,8 @@ module swage_mechanics
     !> factor leaves out.
     type(contact_rows_t) :: rows
     type(contact_blocks_t) :: blocks, unsymmetric
+    !> For the log: why the slave is the slave, and what is wrong with it; empty for nothing.
+    character(len=:), allocatable :: choice, warning
   end type body_pair_t
 
   !> Coordinates of tools that follow from forces, those of all tools in one list.
@@ -310,6 +312,8 @@ module swage_mechanics
     procedure :: collect_fields => mechanics_collect_fields
     !> Collective. The tools as they stand, for pictures: on rank 0, empty elsewhere.
     procedure :: tool_surface => mechanics_tool_surface
+    !> What of the input works and may still be a mistake; lines for a warning, empty for none.
+    procedure :: doubts => mechanics_doubts
     !> Collective. What was read and built, for the log.
     procedure :: summary => mechanics_summary
     !> Collective. A snapshot of this problem, still empty.
@@ -644,6 +648,12 @@ module swage_mechanics
       !> `STATUS_ERROR`, the same on all ranks, when something is missing.
       type(status_t), intent(inout) :: status
     end subroutine mechanics_load
+
+    module subroutine mechanics_doubts(self, text)
+      implicit none(type, external)
+      class(mechanics_t), intent(in) :: self
+      character(len=:), allocatable, intent(out) :: text
+    end subroutine mechanics_doubts
 
     module subroutine mechanics_summary(self, text)
       implicit none(type, external)

@@ -4,14 +4,16 @@ submodule(swage_mechanics) swage_mechanics_contact_setup
   use swage_boundary, only: BOUNDARY_SYMMETRY
   use swage_contact_formulation_registry, only: contact_formulation_create
   use swage_contact_keys, only: contact_keys_t, refuse_formulation, take_contact
-  use swage_contact_pair, only: contact_pair_create
+  use swage_contact_pair, only: contact_pair_create, contact_pair_t
   use swage_coupling_matrix, only: coupling_matrix_create
   use swage_contact_state, only: enforcement_t, LAGRANGE
   use swage_facet_quadrature, only: has_facet_quadrature
   use swage_friction, only: friction_law_t
   use swage_friction_registry, only: friction_from_group
-  use swage_group, only: group_t
+  use swage_group, only: group_t, NAME_LENGTH
   use swage_shared_surface, only: shared_surface_create
+  use swage_slave_choice, only: choose_slave, contact_side_t, measure_sides, warn_of_coarse_slave
+  use swage_spelling, only: did_you_mean, listed
   use swage_status, only: STATUS_ERROR
   use swage_sticking, only: sticking_create, sticking_t
   use swage_tool_contact, only: tool_contact_create
@@ -73,7 +75,7 @@ contains
 
     class(friction_law_t), allocatable :: law
     type(contact_keys_t) :: keys
-    type(group_t) :: group, tool_group
+    type(group_t) :: group
     integer, allocatable :: facet(:), node(:), of_tools(:)
     real(wp), allocatable :: nodal(:, :)
     integer :: i, j, tool
@@ -93,17 +95,17 @@ contains
     do i = 1, size(self%contacts)
       call deck%get('contact', of_tools(i), group)
       call take_contact(group, keys)
+      if (keys%chooses) call refuse_choice(self, group, keys)
       call refuse_formulation(group)
       call find_slave(self, group, 'slave', keys%slave, facet)
       call need_surface(self, group, 'slave', facet)
-      call group%finish(status)
-      if (status%failed()) return
-      call deck%find('tool', keys%master, tool_group, status, from=group, key='master')
-      if (status%failed()) return
       tool = 0
       do j = 1, size(self%tools)
         if (self%tools(j)%name == keys%master) tool = j
       end do
+      if (tool == 0) call refuse_master(self, group, keys%master)
+      call group%finish(status)
+      if (status%failed()) return
       call find_friction(deck, group, keys, law, status)
       if (status%failed()) return
       call check_friction(self, law, group, facet, status)
@@ -122,6 +124,41 @@ contains
     call check_controls(self, deck, status)
 
   end procedure read_contacts
+
+  !> A master must be known.
+  subroutine refuse_master(self, group, master)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(inout) :: group
+    character(len=*), intent(in) :: master
+
+    character(len=NAME_LENGTH) :: known(size(self%tools) + size(self%bodies))
+    integer :: i, n
+
+    if (master == '') return
+    n = size(self%tools)
+    do i = 1, n
+      known(i) = self%tools(i)%name
+    end do
+    do i = 1, size(self%bodies)
+      known(n + i) = self%bodies(i)%name
+    end do
+    call group%refuse('master', 'there is neither a &tool nor a &body named '''//master//''''// &
+                      did_you_mean(master, known)//' Known names: '//listed(known, ', ', '''')// &
+                      '; '//self%mesh%explain_group(master, self%mesh%dimension - 1))
+
+  end subroutine refuse_master
+
+  !> The second of two `bodies` is none.
+  subroutine refuse_choice(self, group, keys)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(inout) :: group
+    type(contact_keys_t), intent(in) :: keys
+
+    integer, allocatable :: ignored(:)
+
+    call find_slave(self, group, 'bodies', [character(len=64) :: keys%slave, keys%master], ignored)
+
+  end subroutine refuse_choice
 
   !> Collective. Contacts between bodies: their surfaces, conditions and coupling.
   subroutine read_pairs(self, deck, of_tools, nodal, status)
@@ -152,15 +189,24 @@ contains
       k = k + 1
       call deck%get('contact', i, group)
       call take_contact(group, keys)
-      call find_slave(self, group, 'slave', keys%slave, slave)
-      call need_surface(self, group, 'slave', slave)
-      call find_slave(self, group, 'master', [keys%master], master)
-      call need_surface(self, group, 'master', master)
-      call check_sides(self, group, slave, master)
+      if (keys%chooses) then
+        call find_slave(self, group, 'bodies', keys%slave, slave)
+        call need_surface(self, group, 'bodies', slave)
+        call find_slave(self, group, 'bodies', [keys%master], master)
+        call need_surface(self, group, 'bodies', master)
+      else
+        call find_slave(self, group, 'slave', keys%slave, slave)
+        call need_surface(self, group, 'slave', slave)
+        call find_slave(self, group, 'master', [keys%master], master)
+        call need_surface(self, group, 'master', master)
+      end if
+      call check_sides(self, group, trim(merge('bodies', 'master', keys%chooses)), slave, master)
       call group%finish(status)
       if (status%failed()) return
       in_use(2 * k - 1, slave) = 1_gp
       in_use(2 * k, master) = 1_gp
+      call check_doubles(self, deck, of_tools, group, in_use(:2 * k, :), status)
+      if (status%failed()) return
     end do
     allocate (is_used(self%mesh%n_facet))
     is_used = any(in_use > 0_gp, dim=1)
@@ -190,6 +236,7 @@ contains
       call take_contact(group, keys)
       call find_friction(deck, group, keys, law, status)
       if (status%failed()) return
+      call compare_sides(self, group, keys, nodal, in_use(2 * k - 1:2 * k, :), self%pairs(k))
       slave = pack([(i, i=1, size(is_used))], in_use(2 * k - 1, :) > 0_gp)
       call check_friction(self, law, group, slave, status)
       if (status%failed()) return
@@ -199,6 +246,95 @@ contains
     end do
 
   end subroutine read_pairs
+
+  !> Collective. Facets that meet by two contacts would be pushed twice.
+  subroutine check_doubles(self, deck, of_tools, group, in_use, status)
+    type(mechanics_t), intent(in) :: self
+    type(deck_t), intent(in) :: deck
+    !> Contacts with tools.
+    integer, intent(in) :: of_tools(:)
+    !> `&contact`, the last pair so far.
+    type(group_t), intent(in) :: group
+    !> 1 for the facets of the slave and of the master of each pair so far; shape (:, n_facet).
+    integer(gp), intent(in) :: in_use(:, :)
+    type(status_t), intent(inout) :: status
+
+    type(group_t) :: earlier
+    integer(gp) :: common(4)
+    integer :: i, k, last
+
+    last = size(in_use, 1)
+    k = 0
+    do i = 1, deck%count('contact')
+      if (any(of_tools == i)) cycle
+      k = k + 2
+      if (k == last) return
+      associate (slave => in_use(last - 1, :), master => in_use(last, :))
+        common = [sum(slave * in_use(k - 1, :)), sum(master * in_use(k, :)), &
+                  sum(slave * in_use(k, :)), sum(master * in_use(k - 1, :))]
+      end associate
+      call self%comm%sum(common)
+      if (.not. (all(common(:2) > 0_gp) .or. all(common(3:) > 0_gp))) cycle
+      call deck%get('contact', i, earlier)
+      call status%raise(STATUS_ERROR, 'check_doubles', group%title//': &contact '''// &
+                        earlier%name//''' brings facets of the same two surfaces in touch '// &
+                        'already: each pair of surfaces needs one contact, and both passes '// &
+                        'over it are formulation = ''symmetric''')
+      return
+    end do
+
+  end subroutine check_doubles
+
+  !> Collective. Choose the slave where the keys leave that open, else judge it.
+  subroutine compare_sides(self, group, keys, nodal, in_use, pair)
+    type(mechanics_t), intent(inout) :: self
+    type(group_t), intent(in) :: group
+    type(contact_keys_t), intent(in) :: keys
+    !> See `nodal_stiffness`.
+    real(wp), intent(in) :: nodal(:, :)
+    !> 1 for the facets of the slave and of the master; exchanged where the second one is to be the
+    !> slave; shape (2, n_facet).
+    integer(gp), intent(inout) :: in_use(:, :)
+    !> Gets what is to be said about it.
+    type(body_pair_t), intent(inout) :: pair
+
+    type(contact_pair_t) :: surfaces
+    type(contact_side_t) :: sides(2)
+    real(wp), allocatable :: all_nodal(:, :)
+    integer, allocatable :: master(:), slave(:)
+    real(wp) :: reach
+    integer :: chosen
+
+    pair%choice = ''
+    pair%warning = ''
+    if (.not. (keys%chooses .or. keys%formulation == 'master_slave')) return
+    slave = on_surface(self, in_use(1, :))
+    master = on_surface(self, in_use(2, :))
+    if (size(slave) == size(master)) then
+      if (all(slave == master)) return
+    end if
+    associate (surface => self%surface)
+      allocate (all_nodal(2, surface%n_node))
+      call surface%gather(nodal(:2, :), all_nodal)
+      call surface%gather(self%mesh%coordinates, self%surface_start)
+      reach = maxval(all_nodal(2, :))
+      call contact_pair_create(self%mesh%dimension, self%settings%kind == AXISYMMETRIC, &
+                               surface%facet_node(:, slave), surface%facet_node(:, master), &
+                               surface%n_node, reach, reach, .false., 1.0_wp, surfaces)
+      call surfaces%begin_step(self%surface_start)
+    end associate
+    sides(1)%name = trim(keys%slave(1))
+    sides(2)%name = keys%master
+    call measure_sides(surfaces, all_nodal(1, :) * all_nodal(2, :), sides(1), sides(2))
+    if (keys%chooses) then
+      call choose_slave(sides, chosen, pair%choice)
+      if (chosen == 2) in_use = in_use([2, 1], :)
+    else
+      call warn_of_coarse_slave(sides(1), sides(2), pair%warning)
+      if (pair%warning /= '') pair%warning = group%describe('slave')//': '//pair%warning
+    end if
+
+  end subroutine compare_sides
 
   !> Collective. Facets of the shared surface, from those of this rank that are marked.
   function on_surface(self, is_marked) result(places)
@@ -220,9 +356,11 @@ contains
   end function on_surface
 
   !> Collective. Both sides of a contact are one surface, or different ones.
-  subroutine check_sides(self, group, slave, master)
+  subroutine check_sides(self, group, key, slave, master)
     type(mechanics_t), intent(in) :: self
     type(group_t), intent(inout) :: group
+    !> That a fault is laid to.
+    character(len=*), intent(in) :: key
     integer, intent(in) :: slave(:)
     integer, intent(in) :: master(:)
 
@@ -236,7 +374,7 @@ contains
     call self%comm%sum(n_shared)
     call self%comm%sum(n_all)
     if (n_shared == 0_gp .or. all(n_all == n_shared)) return
-    call group%refuse('master', 'has '//text(int(n_shared))//' facets that the slave has, too: '// &
+    call group%refuse(key, 'gives '//text(int(n_shared))//' facets to both slave and master: '// &
                       'the two sides of a contact must be different surfaces, or one that may '// &
                       'fold onto itself')
 
@@ -295,6 +433,9 @@ contains
                             'this needs formulation = ''symmetric'', or ''quasi_symmetric'' '// &
                             'with projection = ''l2'' and gap = ''dual''')
         end if
+      end if
+      if (keys%tied .and. pair%surfaces%is_self) then
+        call group%refuse('tied', 'has no effect: a surface cannot be tied to itself')
       end if
       call group%finish(status)
       if (status%failed()) return

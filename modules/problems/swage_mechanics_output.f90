@@ -466,10 +466,26 @@ contains
         else
           text = text//', friction '//pair%contact%friction%name
         end if
+        if (pair%choice /= '') then
+          text = text//new_line('a')//'contact '//pair%contact%name//': '//pair%choice
+        end if
       end associate
     end do
 
   end procedure mechanics_summary
+
+  module procedure mechanics_doubts
+
+    integer :: i
+
+    text = ''
+    do i = 1, size(self%pairs)
+      if (self%pairs(i)%warning == '') cycle
+      if (text /= '') text = text//new_line('a')
+      text = text//self%pairs(i)%warning
+    end do
+
+  end procedure mechanics_doubts
 
   pure function number_of(count) result(string)
     integer(gp), intent(in) :: count

@@ -134,7 +134,7 @@ contains
     !> Begin anew where there is no restart file, which is an error when false or absent.
     logical, intent(in), optional :: only_if_saved
 
-    character(len=:), allocatable :: problem
+    character(len=:), allocatable :: doubts, problem
     logical :: prints
 
     call self%finish(status)
@@ -151,6 +151,8 @@ contains
     call self%log%note(details(self%case, self%mechanics))
     call self%mechanics%summary(problem)
     call self%log%write(problem)
+    call self%mechanics%doubts(doubts)
+    if (doubts /= '') call self%log%warn(doubts)
     call self%log%write(steps_text(self%case))
     call self%log%write('results '//self%case%output%result_path()//', .csv, .sta, .log')
     call self%begin_results(status)
@@ -191,7 +193,7 @@ contains
     character(len=*), intent(in), optional :: prefix
     logical, intent(in), optional :: restart
 
-    character(len=:), allocatable :: problem
+    character(len=:), allocatable :: doubts, problem
 
     summary = ''
     call self%finish(status)
@@ -199,6 +201,8 @@ contains
     call self%prepare(path, comm, status, content, prefix, restart)
     if (status%failed()) return
     call self%mechanics%summary(problem)
+    call self%mechanics%doubts(doubts)
+    if (doubts /= '') problem = problem//new_line('a')//'warning: '//doubts
     summary = problem//new_line('a')//steps_text(self%case)
     if (self%origin /= '') then
       summary = summary//new_line('a')//'from '//self%origin//', time '// &
