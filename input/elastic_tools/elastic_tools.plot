@@ -1,0 +1,2 @@
+--field stress
+--maximum 1000
