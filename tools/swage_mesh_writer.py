@@ -193,8 +193,13 @@ Physical Surface("BOTTOM") = z();
 Physical Surface("SKIN") = skin();
 Physical Surface("TOOL_FACE") = face();
 Physical Surface("TOOL_TOP") = {boxed((0, 0, 23), (16, 16, 23))};
-MeshSize {{ PointsOf {{ Volume{{1}}; }} }} = {size!r};
-MeshSize {{ PointsOf {{ Volume{{2}}; }} }} = {tool_size!r};
+Field[1] = Constant;
+Field[1].VolumesList = {{1}};
+Field[1].VIn = {size!r};
+Field[1].VOut = {tool_size!r};
+Background Field = 1;
+Mesh.MeshSizeFromPoints = 0;
+Mesh.MeshSizeExtendFromBoundary = 0;
 Mesh.Algorithm3D = 1;
 '''
 

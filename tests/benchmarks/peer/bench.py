@@ -1,4 +1,4 @@
-"""Works W1 and W2 beside CalculiX: force, CPU seconds and iterations of both in one run.
+"""Works W1 to W4 beside CalculiX: force, CPU seconds and iterations of both in one run.
 
 One eighth of a steel billet, radius 10 and height 30 mm, is upset in increments of 1 % of its
 height: W1 between sticking tools (the end face is driven), W2 between rigid tools with Coulomb
@@ -7,6 +7,11 @@ friction 0.2 and the side folding onto them. CalculiX (Debian package calculix-c
 surface to surface, penalty 1e6 and stick slope 1e4 N/mm3, which it must be told. The error is that
 of the force at 30 % against the finest quadratic mesh. Draws error against CPU seconds of the run
 to 30 %: build/benchmarks/peer/error_against_cpu.png.
+
+W3: the quarter of an elastic block of 32 x 32 x 8 mm is pressed by 3 mm on the billet in 20
+increments, friction 0.2; meshes do not match. W4: two elastic cubes of other cells under 100 MPa,
+whose stress is uniform; CalculiX surface to surface (S2S)
+and node to surface (N2S); Kratos 10.4.4 was measured apart.
 """
 import calculix
 import swage_mesh_writer
@@ -38,6 +43,41 @@ DRIVEN = {
 &friction name = 'dry', kind = 'coulomb', coefficient = 0.2 /
 &contact name = 'press', slave = 'billet', master = 'press', friction = 'dry' /"""}
 COLUMN = {'W1': 'reaction_press_z', 'W2': 'force_press_z'}
+
+# W3: cells of the tool, linear and quadratic; the way of the press by the half height.
+TOOL_CELL, QUADRATIC_TOOL_CELL, STROKE = 1.25, 2.5, 3.0
+TOOL_CASE = """&job units = 'mm-tonne-s', dimension = '3d' /
+&mesh file = '{mesh}.msh' /
+&body name = 'billet', material = 'steel', group = 'BILLET' /
+&body name = 'tool', material = 'tool_steel', group = 'TOOL' /
+&material name = 'steel', law = 'j2', young = 200000, poisson = 0.3, flow_stress = 'steel' /
+&flow_stress name = 'steel', kind = 'linear', yield_stress = 200, hardening_modulus = 300 /
+&material name = 'tool_steel', law = 'elastic', young = 210000, poisson = 0.3 /
+&boundary name = 'x', kind = 'symmetry', group = 'XMIN' /
+&boundary name = 'y', kind = 'symmetry', group = 'YMIN' /
+&boundary name = 'z', kind = 'symmetry', group = 'BOTTOM' /
+&boundary name = 'press', kind = 'velocity', group = 'TOOL_TOP', velocity = 0, 0, -{stroke} /
+&friction name = 'dry', kind = 'coulomb', coefficient = 0.2 /
+&contact name = 'face', slave = 'SKIN', master = 'TOOL_FACE', friction = 'dry' {keys} /
+&step duration = 1, increments = {increments} /
+&output every = 20 /
+"""
+PEER_CONTACT = {'SURFACE TO SURFACE': 'S2S', 'NODE TO SURFACE': 'N2S'}
+FORMULATIONS = {'l2': '', 'nodal': "formulation = 'master_slave'"}
+
+CUBES = """&job units = 'mm-tonne-s', dimension = '3d' /
+&mesh file = 'cubes.msh' /
+&body name = 'lower', material = 'steel', group = 'LOWER' /
+&body name = 'upper', material = 'steel', group = 'UPPER' /
+&material name = 'steel', law = 'elastic', young = 210000, poisson = 0.3 /
+&boundary name = 'x', kind = 'symmetry', group = 'XMIN' /
+&boundary name = 'y', kind = 'symmetry', group = 'YMIN' /
+&boundary name = 'z', kind = 'symmetry', group = 'BOTTOM' /
+&boundary name = 'load', kind = 'pressure', group = 'TOP', pressure = 100 /
+&contact name = 'middle', slave = 'UPPER_FACE', master = 'LOWER_FACE' {keys} /
+&step duration = 1, increments = 1 /
+&output double_precision = .true., fields = 'stress' /
+"""
 
 
 def run(context):
@@ -75,6 +115,75 @@ def run(context):
             row = peer(context, mesh, work, f'{work}_2k_C3D10', 0.5)
             context.line(work, 'CalculiX C3D10', '2k', len(mesh.nodes), *row)
     draw(context, points)
+    elastic_tool(context, meshes, with_peer)
+    patch(context, with_peer)
+
+
+def elastic_tool(context, meshes, with_peer):
+    """W3, and where the time goes, in three increments at the largest size."""
+    context.title('work', 'code', 'mesh', 'nodes', 'force at 1.2 mm [kN]', 'at 3.0 mm [kN]',
+                  'iterations', 'cuts', 'CPU [s]', 's an iteration')
+    for name in meshes[:2]:
+        mesh = make_tool(context, LINEAR[name], TOOL_CELL, 1, f'tool_{name}')
+        for formulation in FORMULATIONS:
+            done = run_tool(context, f'tool_{name}', formulation, 20)
+            counts = context.counts(done)
+            force = [-4e-3 * f for f in done.history['reaction_press_z']]
+            i = min(range(len(force)), key=lambda j: abs(done.history['time'][j] - 0.4))
+            context.line('W3', f'Swage {formulation}', name, len(mesh.nodes), force[i], force[-1],
+                         counts['iterations'], counts['cuts'], counts['cpu'],
+                         counts['cpu'] / counts['iterations'])
+    if with_peer:
+        mesh = make_tool(context, QUADRATIC['2k'], QUADRATIC_TOOL_CELL, 2, 'tool_2k_C3D10')
+        for kind in PEER_CONTACT:
+            text = calculix.deck_of_tool(mesh, STROKE, 20, kind)
+            done = calculix.run(context.folder, f'tool_{kind[:4].lower()}', text, SECONDS)
+            row = result(done['forces'], done['iterations'], done['cuts'], done['cpu'])
+            context.line('W3', f'CalculiX {PEER_CONTACT[kind]}', '2k', len(mesh.nodes),
+                         at(done['forces'], 0.4), row[2], *row[3:])
+
+    if len(meshes) < 3:
+        return
+    size = f'tool_{meshes[2]}'
+    mesh = make_tool(context, LINEAR[meshes[2]], TOOL_CELL, 1, size)
+    context.title('mesh', 'nodes', 'contact', 'CPU [s]', 'not the solver', 'cells', 'contact')
+    for formulation in FORMULATIONS:
+        counts = context.counts(run_tool(context, size, formulation, 3))
+        cpu, phases = counts['cpu'], counts['phases']
+        solver = sum(phases[name] for name in ('ordering', 'factorisation', 'solution'))
+        context.line(meshes[2], len(mesh.nodes), formulation, cpu, f'{1 - solver / cpu:.0%}',
+                     f"{phases['cells'] / cpu:.0%}", f"{phases['contact'] / cpu:.0%}")
+
+
+def make_tool(context, size, tool_size, order, name):
+    geometry = swage_mesh_writer.billet_and_tool_geometry(size, tool_size)
+    geometry += f'Mesh.ElementOrder = {order};\nMesh.SecondOrderLinear = 1;\n'
+    return calculix.Mesh(context.make_mesh(geometry, 3, name, version='2.2'))
+
+
+def run_tool(context, mesh, formulation, increments):
+    """Of the 20 increments so many."""
+    text = TOOL_CASE.format(mesh=mesh, keys=FORMULATIONS[formulation], increments=increments,
+                            stroke=STROKE * increments / 20)
+    return context.run_swage(text, name=f'{mesh}_{formulation}', ranks=1, timeout=SECONDS)
+
+
+def patch(context, with_peer):
+    """W4: the largest error of the stress."""
+    context.title('work', 'contact', 'largest error of the stress')
+    geometry = swage_mesh_writer.cubes_geometry(3.3, 2.3)
+    mesh = calculix.Mesh(context.make_mesh(geometry, 3, 'cubes', version='2.2'))
+    for name, keys in FORMULATIONS.items():
+        done = context.run_swage(CUBES.format(keys=keys), name=f'cubes_{name}')
+        stress = done.results().step(-1).cell_fields['stress']
+        context.line('W4', f'Swage {name}', float(abs(stress[:, 2] + 100).max()) / 100)
+    if with_peer:
+        for kind in PEER_CONTACT:
+            name = f'cubes_{kind[:4].lower()}'
+            calculix.run(context.folder, name, calculix.deck_of_cubes(mesh, kind), SECONDS)
+            error = calculix.largest_error(context.folder / f'{name}.dat', 2, -100.0) / 100
+            context.line('W4', f'CalculiX {PEER_CONTACT[kind]}', error)
+    context.line('W4', "Kratos' mortar", 0.046)
 
 
 def make(context, size, order, name):

@@ -23,11 +23,12 @@ def program():
 
 
 class Mesh:
-    """Nodes, tetrahedra and boundary groups of a Gmsh file, version 2.2 ASCII."""
+    """Nodes, tetrahedra with the groups they are of, and boundary groups of a Gmsh file, version 2.2
+    ASCII."""
 
     def __init__(self, path):
         lines = iter(path.read_text(encoding='utf-8').splitlines())
-        names, self.nodes, self.cells, self.groups = {}, {}, [], {}
+        names, self.nodes, self.cells, self.bodies, self.groups = {}, {}, [], [], {}
         for line in lines:
             if line == '$PhysicalNames':
                 for _ in range(int(next(lines))):
@@ -43,6 +44,7 @@ class Mesh:
                     corners = rest[n_tag:]
                     if kind in (4, 11):
                         self.cells.append([corners[i] for i in ABAQUS_ORDER[len(corners)]])
+                        self.bodies.append(names[3, rest[0]])
                     elif kind in (2, 9):
                         self.groups.setdefault(names[2, rest[0]], []).append(corners)
 
@@ -107,8 +109,69 @@ def deck(mesh, work, end, coefficient=0.2, penalty=1e6, stick_slope=1e4):
     return '\n'.join(lines) + '\n'
 
 
+def two_bodies(mesh, groups, slave, master, behaviour, kind):
+    """Lines of a deck for all bodies of a mesh, with their contact."""
+    cell = {4: 'C3D4', 10: 'C3D10'}[len(mesh.cells[0])]
+    lines = ['*NODE, NSET=NALL']
+    lines += [f'{number}, {x:.12g}, {y:.12g}, {z:.12g}' for number, (x, y, z) in mesh.nodes.items()]
+    for body in sorted(set(mesh.bodies)):
+        lines.append(f'*ELEMENT, TYPE={cell}, ELSET={body}')
+        lines += [f'{number}, ' + ', '.join(str(node) for node in nodes)
+                  for number, nodes in enumerate(mesh.cells, 1) if mesh.bodies[number - 1] == body]
+    for name in groups:
+        lines += [f'*NSET, NSET={name}', *listed(mesh.nodes_of(name))]
+    for group in (slave, master):
+        lines.append(f'*SURFACE, NAME={group}, TYPE=ELEMENT')
+        lines += [f'{number}, S{face}' for number, face in mesh.faces_of([group])]
+    if kind == 'NODE TO SURFACE':
+        lines += [f'*SURFACE, NAME={slave}_NODES, TYPE=NODE', *map(str, mesh.nodes_of(slave))]
+        slave += '_NODES'
+    return [*lines, '*SURFACE INTERACTION, NAME=DRY',
+            '*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR', *behaviour,
+            f'*CONTACT PAIR, INTERACTION=DRY, TYPE={kind}, ADJUST=0.001', f'{slave}, {master}']
+
+
+def deck_of_tool(mesh, stroke, increments, kind, coefficient=0.2, penalty=1e6, stick_slope=1e4):
+    """The input of W3."""
+    step = 1 / increments
+    lines = two_bodies(mesh, ('XMIN', 'YMIN', 'BOTTOM', 'TOOL_TOP'), 'SKIN', 'TOOL_FACE',
+                       [f'{penalty!r}', '*FRICTION', f'{coefficient!r}, {stick_slope!r}'], kind)
+    lines += ['*MATERIAL, NAME=STEEL', '*ELASTIC', '200000., .3', '*PLASTIC', '200., 0.',
+              '1400., 4.', '*SOLID SECTION, ELSET=BILLET, MATERIAL=STEEL',
+              '*MATERIAL, NAME=HARD', '*ELASTIC', '210000., .3',
+              '*SOLID SECTION, ELSET=TOOL, MATERIAL=HARD',
+              '*BOUNDARY', 'XMIN, 1, 1', 'YMIN, 2, 2', 'BOTTOM, 3, 3',
+              '*STEP, NLGEOM, INC=1000', '*STATIC', f'{step!r}, 1., 1e-6, {step!r}', '*BOUNDARY',
+              'TOOL_TOP, 1, 2, 0.', f'TOOL_TOP, 3, 3, {-stroke!r}',
+              '*NODE PRINT, NSET=TOOL_TOP, TOTALS=ONLY', 'RF', '*END STEP']
+    return '\n'.join(lines) + '\n'
+
+
+def deck_of_cubes(mesh, kind, penalty=1e6):
+    """The input of W4."""
+    lines = two_bodies(mesh, ('XMIN', 'YMIN', 'BOTTOM'), 'UPPER_FACE', 'LOWER_FACE',
+                       [f'{penalty!r}'], kind)
+    lines += ['*MATERIAL, NAME=STEEL', '*ELASTIC', '210000., .3',
+              *(f'*SOLID SECTION, ELSET={body}, MATERIAL=STEEL' for body in ('LOWER', 'UPPER')),
+              '*BOUNDARY', 'XMIN, 1, 1', 'YMIN, 2, 2', 'BOTTOM, 3, 3',
+              '*ELSET, ELSET=ALL', 'LOWER, UPPER', '*STEP', '*STATIC', '1., 1.', '*DLOAD']
+    lines += [f'{number}, P{face}, 100.' for number, face in mesh.faces_of(['TOP'])]
+    lines += ['*EL PRINT, ELSET=ALL', 'S', '*END STEP']
+    return '\n'.join(lines) + '\n'
+
+
+def largest_error(path, component, value):
+    """Largest distance of a component of the stress from a value, at all points of a .dat file."""
+    worst = 0.0
+    for line in path.read_text(encoding='utf-8').splitlines():
+        words = line.split()
+        if len(words) == 8 and words[0].isdigit():
+            worst = max(worst, abs(float(words[2 + component]) - value))
+    return worst
+
+
 def run(folder, name, text, timeout):
-    """Run a deck. Returns forces by time (0 to 1), iterations, cuts, CPU seconds and
+    """Run a deck. Returns forces [kN] on the whole billet by time (0 to 1), iterations, cuts, CPU seconds and
     whether it ended."""
     (folder / f'{name}.inp').write_text(text, encoding='utf-8')
     environment = swage_verification.environment()
