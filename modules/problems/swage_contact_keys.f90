@@ -44,8 +44,8 @@ module swage_contact_keys
   end type contact_keys_t
 
   !> Stiffness of a tie by that of a cell where the user gives none: its conditions are linear and
-  !> never change, so that nothing speaks for a soft one [1].
-  real(wp), parameter :: STIFF_TIE = 1000.0_wp
+  !> never change, so that nothing speaks for a soft one but rounding [1].
+  real(wp), parameter :: STIFF_TIE = 100.0_wp
 
 contains
 
@@ -84,7 +84,7 @@ contains
     keys%enforcement%kind = findloc(ENFORCEMENT_NAMES == kind, .true., dim=1)
     if (keys%enforcement%kind == LAGRANGE) keys%enforcement%penetration_tolerance = CLOSED
     call group%take('penalty_factor', keys%penalty, '1', 'Contact pressure by penetration, as '// &
-                    'a multiple of the stiffness of a cell; without it 1000 where surfaces are '// &
+                    'a multiple of the stiffness of a cell; without it 100 where surfaces are '// &
                     'tied. With ''lagrange'' the result does not depend on it, and more than '// &
                     text(STIFFEST)//' is taken for that.', above=0.0_wp)
     call group%take('tangential_factor', keys%tangential, '1', 'Friction stress by slip of a '// &
