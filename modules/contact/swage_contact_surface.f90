@@ -64,9 +64,9 @@ module swage_contact_surface
     !> How much of each facet counts, least share of any facet for a node, and the area of the nodes
     !> that counts [1], [1], [length^2]; shapes (n_facet), (n_node), (n_node).
     real(wp), allocatable :: share(:), least_share(:), pressed_area(:)
-    !> How near each facet is to the other surface, from 1 where it touches down to a little, and
-    !> the largest of the facets around each node [1]; shapes (n_facet), (n_node).
-    real(wp), allocatable :: nearness(:), nearest(:)
+    !> Gap of each facet to the other surface, 0 where it touches or is inside, and the smallest of
+    !> the facets around each node [length]; shapes (n_facet), (n_node).
+    real(wp), allocatable :: gap(:), least_gap(:)
     !> Positions of the nodes, only those of this surface are looked at [length]; shape (3, n_node).
     real(wp), allocatable :: x(:, :)
     !> Unit normals of the facets and of the sectors; shapes (3, n_facet), (3, n_sector).
@@ -167,7 +167,8 @@ contains
               surface%bulge(3, surface%n_facet), &
               source=0.0_wp)
     allocate (surface%share(surface%n_facet), surface%least_share(n_node), &
-              surface%nearness(surface%n_facet), surface%nearest(n_node), source=1.0_wp)
+              source=1.0_wp)
+    allocate (surface%gap(surface%n_facet), surface%least_gap(n_node), source=0.0_wp)
     allocate (surface%sector(n_dim, surface%n_facet), source=0)
     allocate (surface%sector_normal(3, 0))
 
@@ -230,8 +231,8 @@ contains
     end do
     self%share = 1.0_wp
     self%least_share = 1.0_wp
-    self%nearness = 1.0_wp
-    self%nearest = 1.0_wp
+    self%gap = 0.0_wp
+    self%least_gap = 0.0_wp
     self%pressed_area = self%area
     call find_boxes(self, lower, upper)
     call bounding_tree_create(lower, upper, self%tree)
@@ -305,24 +306,16 @@ contains
     real(wp), intent(in) :: gap(:)
 
     real(wp), parameter :: LEAST = 0.1_wp
-    !> Gaps by the size of the facet that count as none, and from which on the facet is apart.
-    real(wp), parameter :: CLOSED = 0.01_wp, APART = 0.1_wp
-    real(wp), parameter :: LEAST_NEARNESS = 1.0e-6_wp
-
     integer :: i, k, node
-    real(wp) :: size_of_facet(self%n_facet)
 
     self%share = share
     self%least_share = 0.0_wp
-    size_of_facet = self%extent
-    if (self%n_dim == 3) size_of_facet = sqrt(2.0_wp * self%extent)
-    self%nearness = (APART - gap / size_of_facet) / (APART - CLOSED)
-    self%nearness = min(max(self%nearness, LEAST_NEARNESS), 1.0_wp)
+    self%gap = max(gap, 0.0_wp)
     do k = 1, size(self%node)
       node = self%node(k)
-      self%nearest(node) = LEAST_NEARNESS
+      self%least_gap(node) = huge(1.0_wp)
       do i = self%first(node), self%first(node + 1) - 1
-        self%nearest(node) = max(self%nearest(node), self%nearness(self%around(i)))
+        self%least_gap(node) = min(self%least_gap(node), self%gap(self%around(i)))
       end do
       call sum_pressed_area(self, node)
       if (self%pressed_area(node) >= LEAST * self%area(node)) cycle
@@ -353,7 +346,19 @@ contains
     integer, intent(in) :: corner
     real(wp) :: share
 
-    share = min(self%nearness(facet) / self%nearest(self%facet(corner, facet)), 1.0_wp)
+    !> How much more a facet gapes than the nearest one at the node, by its size, that counts as
+    !> nothing, and from which on it is apart. (Bodies with an interference, or gaps that were taken
+    !> away, press on each other across a gap that all facets have.)
+    real(wp), parameter :: CLOSED = 0.01_wp, APART = 0.1_wp
+    real(wp), parameter :: LEAST = 1.0e-6_wp
+
+    real(wp) :: more, size_of_facet
+
+    size_of_facet = self%extent(facet)
+    if (self%n_dim == 3) size_of_facet = sqrt(2.0_wp * size_of_facet)
+    more = self%gap(facet) - self%least_gap(self%facet(corner, facet))
+    share = (APART - more / size_of_facet) / (APART - CLOSED)
+    share = min(max(share, LEAST), 1.0_wp)
 
   end function contact_surface_near_share
 
