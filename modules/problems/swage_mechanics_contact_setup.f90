@@ -534,6 +534,7 @@ contains
     call self%surface%gather(self%mesh%coordinates, self%surface_start)
     call pair%surfaces%begin_step(self%surface_start)
     call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, pair%rows)
+    call doubt_pair(self, group, keys, pair)
     if (keys%tied) then
       call bind_pair(self, group, keys, pair, status)
       return
@@ -563,6 +564,41 @@ contains
     call self%comm%agree(status)
 
   end subroutine check_start
+
+  !> Collective. Say what may be meant otherwise: bodies that share nodes cannot part there, and
+  !> surfaces that do not meet at the start may never do.
+  subroutine doubt_pair(self, group, keys, pair)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(in) :: group
+    type(contact_keys_t), intent(in) :: keys
+    type(body_pair_t), intent(inout) :: pair
+
+    character(len=:), allocatable :: key
+    integer(gp) :: n_row
+    integer :: i, n_shared
+    logical :: are_bodies(2), is_master(self%surface%n_node)
+
+    n_row = int(pair%rows%n_row, gp)
+    call self%comm%sum(n_row)
+    if (n_row == 0_gp .and. .not. keys%tied) then
+      if (pair%choice /= '') pair%choice = pair%choice//'; '
+      pair%choice = pair%choice//'at the start nowhere within '//text(pair%surfaces%reach)// &
+        ' [length] of each other'
+    end if
+    are_bodies = [(any([(self%bodies(i)%name == keys%slave(1), i=1, size(self%bodies))])), &
+                  (any([(self%bodies(i)%name == keys%master, i=1, size(self%bodies))]))]
+    if (pair%surfaces%is_self .or. .not. all(are_bodies)) return
+    is_master = .false.
+    is_master(pair%surfaces%master%node) = .true.
+    n_shared = count(is_master(pair%surfaces%slave%node))
+    if (n_shared == 0) return
+    key = trim(merge('bodies', 'master', keys%chooses))
+    if (pair%warning /= '') pair%warning = pair%warning//new_line('a')
+    pair%warning = pair%warning//group%describe(key)//': the bodies share '//text(n_shared)// &
+      ' nodes of their surfaces, and are bonded where they do: an &interface with treatment = '// &
+      '''contact'' gives each its own'
+
+  end subroutine doubt_pair
 
   !> Collective. An overlap that comes about in some time must be there.
   subroutine need_overlap(self, group, keys, pair, status)

@@ -153,6 +153,14 @@ def beam(context):
         yield context.below(f'beam{title}, multipliers: gap by the cell',
                             done.history['penetration_by_cell_glue'][-1], 1e-4)
 
+    # Contact where the nodes are one is doubted
+    bonded = text('whole').replace('&step', "&contact name = 'glue' bodies = 'lower', 'upper' /\n&step")
+    done = context.run_swage(bonded, name='bonded')
+    yield context.row('bodies that share nodes: warnings that say so', done.output.count(
+        'the bodies share 2 nodes of their surfaces, and are bonded'), 1, 0)
+    yield context.row('and that they do not meet', done.output.count('at the start nowhere within'),
+                      1, 0)
+
     keys = {'law': 'j2', 'way': 4.0, 'increments': 10}
     # Large turns in few increments: the same on one mesh
     energy = {'energy_tolerance': 0.01}
