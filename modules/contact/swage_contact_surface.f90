@@ -9,9 +9,9 @@
 !> Smoothed, a facet is a curved patch that meets the normals of its sectors: with the weights w of
 !> its corners it rises over its plane by \(\sum_k b_k w_k w_{k+1}\), b the bulges of its sides,
 !> half the tangents of the normals against the facet's at both ends of a side, times its length
-!> (the quadratic patch of [[swage_facet]], its part across the facet). Where a sector ends at a rim
-!> or a sharp edge, the curvature of the side goes on as it was: its normals there know one side
-!> only.
+!> (the quadratic patch of [[swage_facet]], its part across the facet). Where a sector does not go
+!> on beyond an end of a side, at a rim or a sharp edge, the tangent of the other end counts for
+!> both: normals there know one side only.
 !>
 !> A surface may be that of a whole body: facets that turn away from the other surface do not count
 !> in the areas pressed on, so that a node at an edge has the area of the side that is in contact.
@@ -246,14 +246,11 @@ contains
     type(contact_surface_t), intent(inout) :: surface
 
     integer :: f, k, last
-    logical :: ends(surface%n_dim)
+    logical :: goes_on(2)
     real(wp) :: side(3), tangent(2)
 
     surface%bulge = 0.0_wp
     do f = 1, surface%n_facet
-      do k = 1, surface%n_dim
-        ends(k) = is_end(surface, f, k)
-      end do
       do k = 1, merge(1, 3, surface%n_dim == 2)
         last = NEXT(k)
         associate (node => surface%facet(:, f), up => surface%normal(:, f), &
@@ -263,38 +260,51 @@ contains
           tangent(1) = -dot_product(normal_first, side) / dot_product(normal_first, up)
           tangent(2) = dot_product(normal_last, side) / dot_product(normal_last, up)
         end associate
-        if (ends(k) .and. .not. ends(last)) tangent(1) = tangent(2)
-        if (ends(last) .and. .not. ends(k)) tangent(2) = tangent(1)
-        surface%bulge(k, f) = 0.5_wp * (tangent(1) + tangent(2))
+        goes_on(1) = continues(surface, f, k, -side)
+        goes_on(2) = continues(surface, f, last, side)
+        if (.not. any(goes_on)) goes_on(maxloc(abs(tangent))) = .true.
+        surface%bulge(k, f) = sum(tangent, mask=goes_on) / count(goes_on)
       end do
     end do
 
   end subroutine find_bulges
 
-  !> True when the sector of a corner does not go all around its node.
-  pure function is_end(surface, facet, corner) result(ends)
+  !> True when the sector of a corner has a facet in the given direction from its node.
+  pure function continues(surface, facet, corner, direction)
     type(contact_surface_t), intent(in) :: surface
     integer, intent(in) :: facet
     integer, intent(in) :: corner
-    logical :: ends
+    real(wp), intent(in) :: direction(3)
+    logical :: continues
+
+    !> Sine of the angle that the direction may be beside the facet.
+    real(wp), parameter :: BESIDE = 0.1_wp
 
     integer :: i
+    real(wp) :: backward(3), forward(3)
 
-    ends = .false.
-    associate (node => surface%facet(corner, facet), mine => surface%sector(corner, facet))
+    continues = .false.
+    associate (node => surface%facet(corner, facet), x => surface%x)
       do i = surface%first(node), surface%first(node + 1) - 1
         associate (f => surface%around(i), a => surface%around_corner(i))
-          if (surface%sector(a, f) /= mine) then
-            ends = .true.
-          else
-            ends = ends .or. surface%neighbour(a, f) == 0
-            if (surface%n_dim == 3) ends = ends .or. surface%neighbour(NEXT(NEXT(a)), f) == 0
+          if (f == facet .or. surface%sector(a, f) /= surface%sector(corner, facet)) cycle
+          if (surface%n_dim == 2) then
+            continues = .true.
+            cycle
           end if
+          forward = x(:, surface%facet(NEXT(a), f)) - x(:, node)
+          backward = x(:, surface%facet(NEXT(NEXT(a)), f)) - x(:, node)
+          associate (normal => surface%normal(:, f), least => -BESIDE * norm2(direction))
+            continues = continues .or. &
+              (dot_product(cross_product(forward, direction), normal) >= least * norm2(forward) &
+               .and. dot_product(cross_product(direction, backward), normal) &
+               >= least * norm2(backward))
+          end associate
         end associate
       end do
     end associate
 
-  end function is_end
+  end function continues
 
   !> A node of which little counts keeps a tenth of its area, one of which nothing does keeps all:
   !> it must not be free to penetrate when it comes into contact during the step.

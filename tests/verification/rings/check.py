@@ -17,6 +17,8 @@ of code_aster, with its tolerance of 2 %):
 2 % with 40 cells around the inner ring: of the pressure at each node, of u by its largest. The cosine
 bends the rings, in which linear cells are stiff.
 
+In space, a quarter under p0 alone: the same to 5 %, with tetrahedra five to the thickness.
+
 Fit with the interference d = 0.01, Lame: p = E d/(b (1 - nu^2)) (b^2 - a^2)(c^2 - b^2)/(2 b^2 (c^2 -
 a^2)) = 1.28777; with mu = 0.1 the torque is 2 pi b^2 mu p = 3.2365 N mm/mm. The inner ring is turned by
 a mandrel that sticks to its bore and hardly resists what is radial. Two increments for 5 degrees, as
@@ -31,7 +33,7 @@ import swage_mesh_writer
 
 TRIANGLE = 5
 CASE = """
-&job units = '{units}' dimension = 'plane_strain' geometry = '{geometry}' /
+&job units = '{units}' dimension = '{dimension}' geometry = '{geometry}' /
 &mesh file = '{mesh}.msh' /
 &body name = 'inner' material = 'soft' group = 'INNER_BODY' /
 &body name = 'outer' material = 'soft' group = 'OUTER_BODY' /
@@ -47,6 +49,14 @@ INTERFERENCE, FRICTION = 0.01, 0.1
 # Degrees of an output, and increments for them.
 TURN, PARTS = 5, 2
 
+QUARTER = """
+&boundary name = 'y' kind = 'symmetry' group = 'INNER_YMIN', 'OUTER_YMIN' /
+&boundary name = 'x' kind = 'symmetry' group = 'INNER_YMAX', 'OUTER_YMAX' /
+&boundary name = 'bottom' kind = 'symmetry' group = 'INNER_ZMIN', 'OUTER_ZMIN' /
+&boundary name = 'top' kind = 'symmetry' group = 'INNER_ZMAX', 'OUTER_ZMAX' /
+&boundary name = 'load' kind = 'pressure' group = 'OUTER_XMAX' pressure = 1 /
+&step duration = 1 increments = 1 /
+"""
 TURNING = """
 &tool name = 'mandrel' shape = 'cylinder' axis_direction = 0, 0, 1 radius = {bore} motion = 'turn' /
 &tool name = 'holder' shape = 'cylinder' axis_direction = 0, 0, 1 radius = {skin} side = 'inside' /
@@ -89,6 +99,7 @@ def ring(inside, outside, n, m):
 
 def run(context):
     yield from loads(context)
+    yield from quarter(context)
     yield from turns(context)
 
 
@@ -117,6 +128,29 @@ def loads(context):
     yield context.zero('master_slave: u', u, 0.03)
 
 
+def quarter(context):
+    """The pressure of a quarter in space, with rims and symmetry planes all around."""
+    def part(inside, outside, n, m, k):
+        def place(x, y, z):
+            radius, angle = inside + (outside - inside) * x, math.pi / 2 * y
+            return radius * math.cos(angle), radius * math.sin(angle), 0.5 * z
+        return swage_mesh_writer.box_mesh(m, n, k, place)
+
+    context.bodies('quarter', {'INNER': part(*RADII[:2], 10, 5, 3),
+                               'OUTER': part(*RADII[1:], 13, 5, 4)})
+    for keys, title in (('', 'quarter in space'),
+                        ('smoothing = .false.', 'quarter in space, flat facets')):
+        done = context.run_swage(CASE.format(
+            **SOFT, dimension='3d', mesh='quarter', rest=QUARTER, geometry='fixed',
+            slave='INNER_XMAX', master='OUTER_XMIN', keys=keys, tolerance=1e-6), name='quarter')
+        pressure = done.results().step(-1).point_fields['contact_pressure'].ravel()
+        error = abs(pressure[pressure > 0] / 0.84375 - 1).max()
+        if keys:
+            yield context.above(f'{title}: pressure', error, 0.1)
+        else:
+            yield context.zero(f'{title}: pressure', error, 0.05)
+
+
 def press(context, n_inner, n_outer, m, material, radii, load, pressure, displacement, keys='',
           swap=False):
     """Errors of pressures and displacements of the slave's nodes."""
@@ -134,7 +168,7 @@ def press(context, n_inner, n_outer, m, material, radii, load, pressure, displac
     sides = ('INNER_OUTSIDE', 'OUTER_INSIDE')
     slave, master = sides[::-1] if swap else sides
     done = context.run_swage(CASE.format(
-        **material, mesh='pressed', rest='\n'.join(rest), geometry='fixed', slave=slave,
+        **material, dimension='plane_strain', mesh='pressed', rest='\n'.join(rest), geometry='fixed', slave=slave,
         master=master, keys=keys, tolerance=1e-8), name='pressed')
     step = done.results().step(-1)
     place, found = skin(step, b)
@@ -186,7 +220,7 @@ def turn(context, degrees, keys, name):
     rest = TURNING.format(bore=RADII[0], skin=RADII[2], end=1 + n, angle=math.radians(degrees),
                           friction=FRICTION, soft=GLUED, turns=n, increments=PARTS * n)
     done = context.run_swage(CASE.format(
-        **SOFT, mesh='turned', rest=rest, geometry='updated', slave='INNER_OUTSIDE',
+        **SOFT, dimension='plane_strain', mesh='turned', rest=rest, geometry='updated', slave='INNER_OUTSIDE',
         master='OUTER_INSIDE', tolerance=1e-6,
         keys=f"friction = 'rub' interference = {INTERFERENCE} {keys}"), name=name)
     results = done.results()
