@@ -61,6 +61,8 @@ contains
     n_merged = 0
     n_split = 0
     if (size(interfaces) == 0) return
+    ! A mesh without cells is refused elsewhere
+    if (source%elements(dimension)%n == 0) return
     call list_bodies(source, dimension, interfaces, group_of_body, body)
     allocate (is_apart(size(group_of_body) + 1, size(group_of_body) + 1), source=.false.)
     do i = 1, size(interfaces)
