@@ -19,21 +19,22 @@ def sides(groups, contacts, folder):
     """The bodies of each contact between bodies, by number from 1: [(slaves, masters)]."""
     bodies = [group for group in groups if group.kind == 'body']
     numbers = {body.get('name', f'body_{i}'): i for i, body in enumerate(bodies, 1)}
-    names = {name for contact in contacts for key in ('slave', 'master')
-             for name in contact.values.get(key, [])}
+    named = []
+    for contact in contacts:
+        slave, master = contact.values.get('slave', []), contact.values.get('master', [])
+        # `bodies` leaves the choice of the slave to the program
+        named.append((slave, master) if slave else [[name] for name in
+                                                    contact.values.get('bodies', ['', ''])])
+    names = {name for pair in named for side in pair for name in side}
     of_group = {}
     if names - numbers.keys():
         mesh = next(group.get('file') for group in groups if group.kind == 'mesh')
         of_group = bodies_of_groups(folder / mesh, names - numbers.keys(),
                                     {body.get('group'): i for i, body in enumerate(bodies, 1)})
     found = []
-    for contact in contacts:
-        pair = []
-        for key in ('slave', 'master'):
-            pair.append({number for name in contact.values.get(key, [])
-                         for number in ([numbers[name]] if name in numbers else
-                                        of_group.get(name, []))})
-        found.append(tuple(pair))
+    for pair in named:
+        found.append(tuple({number for name in side for number in (
+            [numbers[name]] if name in numbers else of_group.get(name, []))} for side in pair))
     return found
 
 

@@ -1,6 +1,7 @@
 !> Reading and building of the contacts of [[swage_mechanics]], with tools and between bodies.
 submodule(swage_mechanics) swage_mechanics_contact_setup
   use swage_body_contact, only: body_contact_create
+  use swage_body_keys, only: interfaces_from_deck
   use swage_boundary, only: BOUNDARY_SYMMETRY
   use swage_contact_formulation_registry, only: contact_formulation_create
   use swage_contact_keys, only: contact_keys_t, refuse_formulation, take_contact
@@ -11,6 +12,7 @@ submodule(swage_mechanics) swage_mechanics_contact_setup
   use swage_friction, only: friction_law_t
   use swage_friction_registry, only: friction_from_group
   use swage_group, only: group_t, NAME_LENGTH
+  use swage_mesh_interface, only: mesh_interface_t
   use swage_shared_surface, only: shared_surface_create
   use swage_slave_choice, only: choose_slave, contact_side_t, measure_sides, warn_of_coarse_slave
   use swage_spelling, only: did_you_mean, listed
@@ -76,20 +78,29 @@ contains
     class(friction_law_t), allocatable :: law
     type(contact_keys_t) :: keys
     type(group_t) :: group
-    integer, allocatable :: facet(:), node(:), of_tools(:)
+    integer, allocatable :: facet(:), left_out(:), node(:), of_tools(:)
     real(wp), allocatable :: nodal(:, :)
     integer :: i, j, tool
 
     call check_frictions(deck, status)
     if (status%failed()) return
     call nodal_stiffness(self, nodal)
-    allocate (of_tools(0))
+    allocate (of_tools(0), left_out(0))
     do i = 1, deck%count('contact')
       call deck%get('contact', i, group)
       call take_contact(group, keys)
-      if (.not. is_between_bodies(self, keys)) of_tools = [of_tools, i]
+      if (.not. is_between_bodies(self, keys)) then
+        of_tools = [of_tools, i]
+      else if (is_bonded_away(self, deck, group, keys)) then
+        left_out = [left_out, i]
+        call group%finish(status)
+        if (status%failed()) return
+        if (self%notes /= '') self%notes = self%notes//new_line('a')
+        self%notes = self%notes//'contact '//group%name//': left out, for its surfaces are '// &
+          'inside bodies that &interface bonds'
+      end if
     end do
-    call read_pairs(self, deck, of_tools, nodal, status)
+    call read_pairs(self, deck, [of_tools, left_out], nodal, status)
     if (status%failed()) return
     allocate (self%contacts(size(of_tools)))
     do i = 1, size(self%contacts)
@@ -161,11 +172,11 @@ contains
   end subroutine refuse_choice
 
   !> Collective. Contacts between bodies: their surfaces, conditions and coupling.
-  subroutine read_pairs(self, deck, of_tools, nodal, status)
+  subroutine read_pairs(self, deck, others, nodal, status)
     type(mechanics_t), intent(inout) :: self
     type(deck_t), intent(in) :: deck
-    !> Contacts with tools.
-    integer, intent(in) :: of_tools(:)
+    !> Contacts with tools, and those that are left out.
+    integer, intent(in) :: others(:)
     !> Stiffness and cell size around the nodes; see `nodal_stiffness`.
     real(wp), intent(in) :: nodal(:, :)
     type(status_t), intent(inout) :: status
@@ -178,34 +189,26 @@ contains
     logical, allocatable :: is_used(:)
     integer :: i, k, n
 
-    n = deck%count('contact') - size(of_tools)
+    n = deck%count('contact') - size(others)
     allocate (self%pairs(n))
     if (n == 0) return
     ! Which facets each pair has, as bits of the slave and the master of this rank's facets
     allocate (in_use(2 * n, self%mesh%n_facet), source=0_gp)
     k = 0
     do i = 1, deck%count('contact')
-      if (any(of_tools == i)) cycle
+      if (any(others == i)) cycle
       k = k + 1
       call deck%get('contact', i, group)
       call take_contact(group, keys)
-      if (keys%chooses) then
-        call find_slave(self, group, 'bodies', keys%slave, slave)
-        call need_surface(self, group, 'bodies', slave)
-        call find_slave(self, group, 'bodies', [keys%master], master)
-        call need_surface(self, group, 'bodies', master)
-      else
-        call find_slave(self, group, 'slave', keys%slave, slave)
-        call need_surface(self, group, 'slave', slave)
-        call find_slave(self, group, 'master', [keys%master], master)
-        call need_surface(self, group, 'master', master)
-      end if
+      call find_sides(self, group, keys, slave, master)
+      call need_surface(self, group, trim(merge('bodies', 'slave ', keys%chooses)), slave)
+      call need_surface(self, group, trim(merge('bodies', 'master', keys%chooses)), master)
       call check_sides(self, group, trim(merge('bodies', 'master', keys%chooses)), slave, master)
       call group%finish(status)
       if (status%failed()) return
       in_use(2 * k - 1, slave) = 1_gp
       in_use(2 * k, master) = 1_gp
-      call check_doubles(self, deck, of_tools, group, in_use(:2 * k, :), status)
+      call check_doubles(self, deck, others, group, in_use(:2 * k, :), status)
       if (status%failed()) return
     end do
     allocate (is_used(self%mesh%n_facet))
@@ -230,7 +233,7 @@ contains
 
     k = 0
     do i = 1, deck%count('contact')
-      if (any(of_tools == i)) cycle
+      if (any(others == i)) cycle
       k = k + 1
       call deck%get('contact', i, group)
       call take_contact(group, keys)
@@ -248,11 +251,11 @@ contains
   end subroutine read_pairs
 
   !> Collective. Facets that meet by two contacts would be pushed twice.
-  subroutine check_doubles(self, deck, of_tools, group, in_use, status)
+  subroutine check_doubles(self, deck, others, group, in_use, status)
     type(mechanics_t), intent(in) :: self
     type(deck_t), intent(in) :: deck
-    !> Contacts with tools.
-    integer, intent(in) :: of_tools(:)
+    !> Contacts with tools, and those that are left out.
+    integer, intent(in) :: others(:)
     !> `&contact`, the last pair so far.
     type(group_t), intent(in) :: group
     !> 1 for the facets of the slave and of the master of each pair so far; shape (:, n_facet).
@@ -266,7 +269,7 @@ contains
     last = size(in_use, 1)
     k = 0
     do i = 1, deck%count('contact')
-      if (any(of_tools == i)) cycle
+      if (any(others == i)) cycle
       k = k + 2
       if (k == last) return
       associate (slave => in_use(last - 1, :), master => in_use(last, :))
@@ -335,6 +338,31 @@ contains
     end if
 
   end subroutine compare_sides
+
+  !> Collective. True when bodies are bonded and no facet of either side is left at the surface: the
+  !> same input serves bonded bodies and bodies in contact.
+  function is_bonded_away(self, deck, group, keys) result(is_away)
+    type(mechanics_t), intent(in) :: self
+    type(deck_t), intent(in) :: deck
+    !> `&contact`; keeps a fault of its surfaces.
+    type(group_t), intent(inout) :: group
+    type(contact_keys_t), intent(in) :: keys
+    logical :: is_away
+
+    integer, allocatable :: master(:), slave(:)
+    integer(gp) :: n_facet
+    type(mesh_interface_t), allocatable :: interfaces(:)
+    type(status_t) :: status
+
+    is_away = .false.
+    call interfaces_from_deck(deck, interfaces, status)
+    if (status%failed() .or. all(interfaces%separates)) return
+    call find_sides(self, group, keys, slave, master)
+    n_facet = size(slave, kind=gp) + size(master, kind=gp)
+    call self%comm%sum(n_facet)
+    is_away = n_facet == 0_gp
+
+  end function is_bonded_away
 
   !> Collective. Facets of the shared surface, from those of this rank that are marked.
   function on_surface(self, is_marked) result(places)
@@ -790,6 +818,23 @@ contains
     facet = pack([(i, i=1, size(touching))], touching)
 
   end subroutine find_slave
+
+  !> Facets of both sides of a contact between bodies.
+  subroutine find_sides(self, group, keys, slave, master)
+    type(mechanics_t), intent(in) :: self
+    type(group_t), intent(inout) :: group
+    type(contact_keys_t), intent(in) :: keys
+    integer, allocatable, intent(out) :: slave(:)
+    integer, allocatable, intent(out) :: master(:)
+
+    ! Workaround: gfortran 12, a constructor of this text as the argument breaks the compiler
+    character(len=len(keys%slave)) :: name(1)
+
+    name(1) = keys%master
+    call find_slave(self, group, trim(merge('bodies', 'slave ', keys%chooses)), keys%slave, slave)
+    call find_slave(self, group, trim(merge('bodies', 'master', keys%chooses)), name, master)
+
+  end subroutine find_sides
 
   !> Collective. A contact needs a surface; a fault stays in `group`.
   subroutine need_surface(self, group, key, facet)
