@@ -1,0 +1,3 @@
+--profile contact_pressure
+--curve Hertz "3585.36 * sqrt(maximum(0, 1 - (x / 6.2146)**2))"
+--window 0 16 -11 9
