@@ -8,7 +8,7 @@
 module swage_tie
   use swage_contact_rows, only: contact_rows_t
   use swage_kinds, only: wp
-  use swage_rotation, only: cross_product, normalised
+  use swage_rotation, only: cross_product, IDENTITY, normalised, perpendicular
   implicit none(type, external)
   private
 
@@ -90,7 +90,8 @@ contains
 
   end subroutine find_corners
 
-  !> Right-angled unit vectors, the columns, that turn with the corners.
+  !> Right-angled unit vectors, the columns, that turn with the corners; those at hand where nodes
+  !> that the slave shares with the master leave too few.
   pure function axes_of(corner, x) result(axes)
     integer, intent(in) :: corner(3)
     real(wp), intent(in) :: x(:, :)
@@ -98,8 +99,10 @@ contains
 
     real(wp) :: arm(3)
 
+    axes = IDENTITY
+    if (corner(2) == 0) return
     axes(:, 1) = normalised(x(:, corner(2)) - x(:, corner(1)))
-    axes(:, 3) = [0.0_wp, 0.0_wp, 1.0_wp]
+    if (abs(axes(3, 1)) > 0.0_wp) axes(:, 3) = perpendicular(axes(:, 1))
     if (corner(3) > 0) then
       arm = x(:, corner(3)) - x(:, corner(1))
       axes(:, 3) = normalised(cross_product(axes(:, 1), arm))

@@ -311,8 +311,8 @@ contains
     pair%choice = ''
     pair%warning = ''
     if (.not. (keys%chooses .or. keys%formulation == 'master_slave')) return
-    slave = on_surface(self, in_use(1, :))
-    master = on_surface(self, in_use(2, :))
+    allocate (slave, source=on_surface(self, in_use(1, :)))
+    allocate (master, source=on_surface(self, in_use(2, :)))
     if (size(slave) == size(master)) then
       if (all(slave == master)) return
     end if
