@@ -14,12 +14,13 @@ The slave has cells of a/10 at the contact, the other side a quarter larger: no 
 increments, geometry updated, the default penalty; all formulations on the same mesh.
 
 The half-width lies between the last node that touches and the next one, and may miss a by one cell.
-Peak pressure: 3 % for `l2`, in the middle and the largest, 10 % for `one_point`, whose pressures are
-those of facets and stand at one of their nodes. The profile of `l2`, rms over the nodes up to 0.9 a by
-p0: 5 % at a/10, for the last nodes swing about the root at the edge; 2 % at a/20. A percent of the
-roller's is Hertz's own error (a/R = 0.12, strains of 5 %). The force that arrives below is the load,
-0.1 %, but for `half_pass` and for `interpolation`, which loses 0.5 % between the balls (0.04 % under
-the roller). What the others make of the pressure is printed, with limits that only a fault exceeds.
+Peak pressure: 3 % for `l2`, in the middle and the largest, 10 % for `one_point`, whose pressures
+are those of facets and stand at one of their nodes. The profile of `l2`, rms over the nodes up to
+0.9 a by p0: 5 % at a/10, for the last nodes swing about the root at the edge, with multipliers,
+which give way by nothing, 12 %; 2 % at a/20. A percent of the roller's is Hertz's own error (a/R =
+0.12, strains of 5 %). The force that arrives below is the load, 0.1 %, but for `half_pass` and for
+`interpolation`, which loses 0.5 % between the balls (0.04 % under the roller). What the others make
+of the pressure is printed, with limits that only a fault exceeds.
 
 profile.png: pressures on Hertz's curves.
 """
@@ -37,6 +38,8 @@ L2 = "formulation = 'quasi_symmetric'"
 FORMULATIONS = {
     'l2': L2,
     'l2, averaged gap': L2 + " gap = 'averaged'",
+    'l2, multipliers': L2 + " enforcement = 'lagrange'",
+    'l2, averaged gap, multipliers': L2 + " gap = 'averaged' enforcement = 'lagrange'",
     'l2 on facets of the slave': L2 + " quadrature = 'slave'",
     'lumped': L2 + " projection = 'lumped'",
     'lumped, averaged gap': L2 + " projection = 'lumped' gap = 'averaged'",
@@ -48,10 +51,11 @@ FORMULATIONS = {
     'symmetric': "formulation = 'symmetric'",
     'half-pass': "formulation = 'half_pass'"}
 # Largest error of the peak pressure; what is not here is only compared.
-PEAK = {'l2': 0.03, 'l2, averaged gap': 0.03, 'one point': 0.1}
+PEAK = {'l2': 0.03, 'l2, averaged gap': 0.03, 'l2, multipliers': 0.03,
+        'l2, averaged gap, multipliers': 0.03, 'one point': 0.1}
 # Conditions at points of facets, which belong to the nearest node.
 AT_POINTS = ('one point', 'full')
-QUICK = ('l2', 'l2, averaged gap', 'one point')
+QUICK = ('l2', 'l2, averaged gap', 'l2, multipliers', 'one point')
 
 
 class Pair:
@@ -71,7 +75,9 @@ def run(context):
         for name, keys in FORMULATIONS.items():
             if context.quick and name not in QUICK:
                 continue
-            done = context.run_swage(pair.text.replace(L2, keys), name=pair.name)
+            # What interpolation loses of the force does work nobody gets
+            done = context.run_swage(pair.text.replace(L2, keys), name=pair.name,
+                                     energy_tolerance=0.01 if name == 'interpolation' else 1e-3)
             yield from compare(pair, name, done)
     if not context.quick:
         draw(context, pairs)
@@ -94,7 +100,7 @@ def compare(pair, name, done):
     if name not in AT_POINTS:
         yield context.row(title + 'pressure in the middle', pressure[x.argmin()], pair.peak, limit)
         yield context.zero(title + 'profile, rms by p0', rms(pair, x, pressure),
-                           0.05 if name in PEAK else 0.3)
+                           0.3 if name not in PEAK else 0.12 if 'multipliers' in name else 0.05)
     if name != 'half-pass':
         yield context.row(title + 'force below', done.history['reaction_base_y'][-1], pair.load,
                           0.01 if name == 'interpolation' else 1e-3)
@@ -175,7 +181,7 @@ def draw(context, pairs):
                 # Nodes that own no point
                 near &= (pressure > 0) | (x > pair.half_width)
             axes.plot(x[near] / pair.half_width, pressure[near] / pair.peak, linewidth=0.8,
-                      marker='osv^D<>ph*xd'[number], markersize=4, label=name)
+                      marker='osv^D<>ph*xd+1'[number], markersize=4, label=name)
         axes.set(xlabel='x/a', title=pair.name)
     panels[0].set_ylabel('pressure by p0')
     panels[0].legend(fontsize=8)
