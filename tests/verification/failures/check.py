@@ -170,7 +170,7 @@ def no_convergence(context, ranks):
 
 
 def no_convergence_between_bodies(context, ranks):
-    """No convergence of bodies: the contact that comes and goes, and one that nothing touches."""
+    """No convergence between bodies: which contact, and why."""
     name = f'bodies_{ranks}'
     faults = []
     for top, words in (
