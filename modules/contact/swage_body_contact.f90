@@ -132,7 +132,7 @@ module swage_body_contact
     procedure :: begin_step => body_contact_begin_step
     !> Forces, and tangent blocks, at given positions.
     procedure :: evaluate => body_contact_evaluate
-    !> Forces of a change of the pressures, and change of the penetrations by that of the rows.
+    !> Forces of a change of pressures and bonds, and change of penetrations and slips by a motion.
     procedure :: push => body_contact_push
     procedure :: penetrate => body_contact_penetrate
     !> Energies of the step, after the last evaluation and before `accept`.
@@ -468,42 +468,54 @@ contains
     class(body_contact_t), intent(in) :: self
     !> Of the last evaluation.
     type(contact_rows_t), intent(in) :: rows
-    !> Of the pressures [stress]; shape (n_condition).
-    real(wp), intent(in) :: change(:)
+    !> Of the pressures, and of the tractions of bonds [stress]; shape (4, n_condition).
+    real(wp), intent(in) :: change(:, :)
     !> On the surface nodes [force]; shape (3, n_surface_node); added to.
     real(wp), intent(inout) :: force(:, :)
 
+    real(wp) :: traction(3)
     integer :: entry, i, row
 
     do row = 1, rows%n_row
       i = self%condition(row)
       if (i == 0) cycle
       if (.not. self%active(i)) cycle
+      traction = change(1, i) * self%row_push(:, row) + change(2:, i)
       do entry = rows%first(row), rows%first(row + 1) - 1
         associate (f => force(:, rows%node(entry)))
-          f = f + change(i) * (rows%force(:, entry) + rows%share(entry) * self%row_push(:, row))
+          f = f + change(1, i) * rows%force(:, entry) + rows%share(entry) * traction
         end associate
       end do
     end do
 
   end subroutine body_contact_push
 
-  pure subroutine body_contact_penetrate(self, rows, of_row, change)
+  pure subroutine body_contact_penetrate(self, rows, motion, change)
     class(body_contact_t), intent(in) :: self
     !> Of the last evaluation.
     type(contact_rows_t), intent(in) :: rows
-    !> Change of the gap of each row [length]; least shape (n_row).
-    real(wp), intent(in) :: of_row(:)
-    !> That of the penetration of active conditions [length], of others it is left alone; shape
-    !> (n_condition).
-    real(wp), intent(inout) :: change(:)
+    !> Of the surface nodes [length]; shape (3, n_surface_node).
+    real(wp), intent(in) :: motion(:, :)
+    !> Of the penetrations of active conditions, and the opposite of their slip [length]; of others
+    !> it is left alone; shape (4, n_condition).
+    real(wp), intent(inout) :: change(:, :)
 
-    integer :: i, row
+    real(wp) :: past(3)
+    integer :: entry, i, row
 
     do row = 1, rows%n_row
       i = self%condition(row)
       if (i == 0) cycle
-      if (self%active(i)) change(i) = of_row(row)
+      if (.not. self%active(i)) cycle
+      change(1, i) = 0.0_wp
+      past = 0.0_wp
+      do entry = rows%first(row), rows%first(row + 1) - 1
+        associate (moved => motion(:, rows%node(entry)))
+          change(1, i) = change(1, i) + dot_product(rows%slope(:, entry), moved) / rows%area(row)
+          past = past + rows%share(entry) / rows%area(row) * moved
+        end associate
+      end do
+      change(2:, i) = rows%normal(:, row) * dot_product(rows%normal(:, row), past) - past
     end do
 
   end subroutine body_contact_penetrate
@@ -560,6 +572,7 @@ contains
     point%tangential_stiffness = self%growth * self%tangential_stiffness(i)
     call self%friction%traction(point)
     self%traction(:, i) = point%traction
+    self%sticks(i) = self%friction%has_history .and. point%sticking
     if (self%friction%has_history) then
       self%bond_change(i) = norm2(point%traction - point%traction_old)
     end if

@@ -56,8 +56,6 @@ module swage_contact_rows
     procedure :: scale => contact_rows_scale
     !> Entries of all conditions.
     procedure :: count_entries => contact_rows_count_entries
-    !> Change of the gaps by a motion, as the slopes have it.
-    procedure :: change_gaps => contact_rows_change_gaps
   end type contact_rows_t
 
   !> Blocks of a matrix between surface nodes; places that occur again add up.
@@ -192,26 +190,6 @@ contains
     self%share(:n) = factor * self%share(:n)
 
   end subroutine contact_rows_scale
-
-  pure subroutine contact_rows_change_gaps(self, motion, change)
-    class(contact_rows_t), intent(in) :: self
-    !> Of the surface nodes [length]; shape (3, n_node).
-    real(wp), intent(in) :: motion(:, :)
-    !> [length]; least shape (n_row).
-    real(wp), intent(out) :: change(:)
-
-    integer :: entry, row
-
-    change = 0.0_wp
-    do row = 1, self%n_row
-      do entry = self%first(row), self%first(row + 1) - 1
-        change(row) = change(row) &
-          + dot_product(self%slope(:, entry), motion(:, self%node(entry)))
-      end do
-      change(row) = change(row) / self%area(row)
-    end do
-
-  end subroutine contact_rows_change_gaps
 
   pure function contact_rows_count_entries(self) result(n_entry)
     class(contact_rows_t), intent(in) :: self

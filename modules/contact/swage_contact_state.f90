@@ -132,6 +132,9 @@ module swage_contact_state
     real(wp), allocatable :: multiplier_old(:), multiplier(:)
     !> The last correction of the multipliers, and what it starts from [stress].
     real(wp), allocatable :: multiplier_correction(:), multiplier_base(:)
+    !> The same of bonds [stress]; and true where one holds at the last evaluation.
+    real(wp), allocatable :: bond_correction(:, :), bond_base(:, :)
+    logical, allocatable :: sticks(:)
     !> True where nothing that could open or close the condition is free to move.
     logical, allocatable :: stuck(:)
     !> Friction on the body at the start of the step and at the last evaluation [stress].
@@ -187,8 +190,9 @@ module swage_contact_state
     !> Prepare the multipliers for a correction, and take a share of it.
     procedure :: start_correction => contact_state_start_correction
     procedure :: move_multipliers => contact_state_move_multipliers
-    !> What closes a condition: pressure times area by penetration.
+    !> What closes a condition, and what ends the slip of a bond.
     procedure :: stiffness_of => contact_state_stiffness_of
+    procedure :: shear_stiffness_of => contact_state_shear_stiffness_of
     !> What is left open, as a force.
     procedure :: open_force_square => contact_state_open_force_square
     !> Once an iteration: hold conditions that alternate between contact and none.
@@ -249,9 +253,11 @@ contains
               state%penetration_old(n), state%load_old(n), source=0.0_wp)
     allocate (state%traction_old(3, n), state%traction(3, n), state%shear_old(3, n), &
               state%normal_old(3, n), state%bond(3, n), state%slip(3, n), state%slip_was(3, n), &
-              state%traction_was(3, n), source=0.0_wp)
+              state%traction_was(3, n), state%bond_correction(3, n), state%bond_base(3, n), &
+              source=0.0_wp)
     allocate (state%active(n), state%bonded(n), state%was_active(n), state%held(n), &
-              state%touched(n), state%turned_about(n), state%stuck(n), source=.false.)
+              state%touched(n), state%turned_about(n), state%stuck(n), state%sticks(n), &
+              source=.false.)
     allocate (state%n_change(n), state%changed_at(n), source=0)
     call sliding_inertia_create(inertia, n, state%inertia)
     call remember_standing(state)
@@ -333,7 +339,9 @@ contains
     class(contact_state_t), intent(inout) :: self
 
     self%multiplier_correction = 0.0_wp
+    self%bond_correction = 0.0_wp
     if (.not. self%enforcement%within_newton) return
+    self%bond_base = self%bond
     where (.not. self%active) self%multiplier = 0.0_wp
     self%multiplier_base = self%multiplier
 
@@ -346,6 +354,7 @@ contains
 
     if (.not. self%enforcement%within_newton) return
     self%multiplier = self%multiplier_base + step_length * self%multiplier_correction
+    self%bond = self%bond_base + step_length * self%bond_correction
 
   end subroutine contact_state_move_multipliers
 
@@ -363,6 +372,21 @@ contains
     end if
 
   end function contact_state_stiffness_of
+
+  !> Zero where there is no bond that holds.
+  pure function contact_state_shear_stiffness_of(self, i) result(stiffness)
+    class(contact_state_t), intent(in) :: self
+    integer, intent(in) :: i
+    !> [force/length]
+    real(wp) :: stiffness
+
+    stiffness = 0.0_wp
+    if (.not. self%enforcement%within_newton) return
+    if (self%active(i) .and. self%sticks(i)) then
+      stiffness = self%growth * self%tangential_stiffness(i) * self%area(i)
+    end if
+
+  end function contact_state_shear_stiffness_of
 
   !> Sum over this rank's conditions of the squared forces that cells would make of penetrations and
   !> gaps where Lagrange multipliers shall leave none.

@@ -47,6 +47,8 @@ module swage_tool_contact
     !> Force on each node by its pressure [length^2], and normal of the tool there, of active ones;
     !> shape (3, :).
     real(wp), allocatable :: node_push(:, :), node_normal(:, :)
+    !> Derivative of the slip of each node by its place, of active ones [1]; shape (3, 3, :).
+    real(wp), allocatable :: node_slip(:, :, :)
     !> Projection on the directions in which each node is free, for the caller to set; all are where
     !> it is not allocated; shape (3, 3, :).
     real(wp), allocatable :: freedom(:, :, :)
@@ -106,7 +108,7 @@ contains
     n = ubound(node, 1)
     allocate (contact%node_force(3, n), contact%node_stiffness(3, 3, n), &
               contact%node_secant(3, 3, n), contact%node_push(3, n), contact%node_normal(3, n), &
-              source=0.0_wp)
+              contact%node_slip(3, 3, n), source=0.0_wp)
 
   end subroutine tool_contact_create
 
@@ -346,6 +348,13 @@ contains
         / norm2(point%slip - self%slip_was(:, i))
     end if
     secant = -self%area(i) * matmul(point%d_slip + point%secant * IDENTITY, d_slip)
+    ! A bond that boundaries hold stays as it is
+    self%sticks(i) = self%friction%has_history .and. point%sticking
+    if (allocated(self%freedom)) then
+      self%sticks(i) = self%sticks(i) .and. &
+        norm2(matmul(self%freedom(:, :, i), point%slip)) > HELD * norm2(point%slip)
+    end if
+    self%node_slip(:, :, i) = d_slip
     self%node_normal(:, i) = normal
     self%node_push(:, i) = self%area(i) * normal
     if (self%pressure(i) > 0.0_wp) then

@@ -10,11 +10,11 @@ module swage_contact_keys
   implicit none(type, external)
   private
 
-  public :: contact_keys_t, take_contact, refuse_formulation
+  public :: contact_keys_t, penalty_of, take_contact, refuse_formulation
 
   !> Penetration by the cell size that Lagrange multipliers may leave, unless the user says else.
   real(wp), parameter :: CLOSED = 1.0e-8_wp
-  !> Penalty factor beyond which Lagrange multipliers gain nothing, and lose digits.
+  !> Penalty factor beyond which multipliers that are unknowns gain nothing, and lose digits.
   real(wp), parameter :: STIFFEST = 10.0_wp
 
   !> What a group `&contact` says; the names in it are still to be looked up.
@@ -85,8 +85,8 @@ contains
     if (keys%enforcement%kind == LAGRANGE) keys%enforcement%penetration_tolerance = CLOSED
     call group%take('penalty_factor', keys%penalty, '1', 'Contact pressure by penetration, as '// &
                     'a multiple of the stiffness of a cell; without it 100 where surfaces are '// &
-                    'tied. With ''lagrange'' the result does not depend on it, and more than '// &
-                    text(STIFFEST)//' is taken for that.', above=0.0_wp)
+                    'tied. With multipliers as unknowns the result does not depend on it, and '// &
+                    'more than '//text(STIFFEST)//' is taken for that.', above=0.0_wp)
     call group%take('tangential_factor', keys%tangential, '1', 'Friction stress by slip of a '// &
                     'law that bonds, as a multiple of that of the pressure.', above=0.0_wp)
     associate (rule => keys%enforcement)
@@ -113,8 +113,7 @@ contains
                         'for all')
     end if
     keys%enforcement%within_newton = keys%enforcement%kind /= PENALTY .and. .not. keys%tied
-    if (keys%enforcement%kind == LAGRANGE) keys%penalty = min(keys%penalty, STIFFEST)
-    keys%enforcement%cell_share = 1.0_wp / keys%penalty
+    keys%enforcement%cell_share = 1.0_wp / penalty_of(keys, keys%enforcement)
     if (group%explaining .or. keys%enforcement%kind /= PENALTY) return
     call refuse_idle('penetration_tolerance')
     call refuse_idle('multiplier_tolerance')
@@ -155,6 +154,19 @@ contains
     if (size(bodies) > 1) keys%master = trim(bodies(2))
 
   end subroutine take_sides
+
+  !> Penalty by the stiffness of a cell.
+  pure function penalty_of(keys, enforcement) result(penalty)
+    type(contact_keys_t), intent(in) :: keys
+    !> As it is for the formulation.
+    type(enforcement_t), intent(in) :: enforcement
+    !> [1]
+    real(wp) :: penalty
+
+    penalty = keys%penalty
+    if (enforcement%within_newton) penalty = min(penalty, STIFFEST)
+
+  end function penalty_of
 
   !> Keys of a contact between bodies, which one with a tool must not have.
   subroutine take_formulation(group, keys)

@@ -4,7 +4,7 @@ submodule(swage_mechanics) swage_mechanics_contact_setup
   use swage_body_keys, only: interfaces_from_deck
   use swage_boundary, only: BOUNDARY_SYMMETRY
   use swage_contact_formulation_registry, only: contact_formulation_create
-  use swage_contact_keys, only: contact_keys_t, refuse_formulation, take_contact
+  use swage_contact_keys, only: contact_keys_t, penalty_of, refuse_formulation, take_contact
   use swage_contact_pair, only: contact_pair_create, contact_pair_t
   use swage_coupling_matrix, only: coupling_matrix_create
   use swage_contact_state, only: enforcement_t, LAGRANGE
@@ -80,6 +80,7 @@ contains
     type(group_t) :: group
     integer, allocatable :: facet(:), left_out(:), node(:), of_tools(:)
     real(wp), allocatable :: nodal(:, :)
+    real(wp) :: penalty
     integer :: i, j, tool
 
     call check_frictions(deck, status)
@@ -124,10 +125,11 @@ contains
       call check_pairs(self, i, tool, facet, group, status)
       if (status%failed()) return
       call surface_nodes(self, facet, node)
+      penalty = penalty_of(keys, keys%enforcement)
       call tool_contact_create(group%name, tool, law, keys%separation, facet, node, &
                                self%mesh%node_tag(node), nodal(2, node), &
-                               keys%penalty * nodal(1, node), &
-                               keys%penalty * keys%tangential * nodal(1, node), keys%enforcement, &
+                               penalty * nodal(1, node), &
+                               penalty * keys%tangential * nodal(1, node), keys%enforcement, &
                                keys%inertia, self%contacts(i))
       call check_overlap(self, self%contacts(i), group, status)
       if (status%failed()) return
@@ -470,8 +472,9 @@ contains
       call pair%formulation%list_owners(pair%surfaces, owner)
       call choose_multipliers(group, keys, pair, owner, enforcement, status)
       if (status%failed()) return
-      penalty = keys%penalty * pair_stiffness(surface%facet_node(:, slave), &
-                                              surface%facet_node(:, master), all_nodal(1, :))
+      penalty = penalty_of(keys, enforcement) &
+        * pair_stiffness(surface%facet_node(:, slave), surface%facet_node(:, master), &
+                         all_nodal(1, :))
       separates = keys%separation
       tangential = keys%tangential
       inertia = keys%inertia

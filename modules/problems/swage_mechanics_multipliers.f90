@@ -30,14 +30,27 @@ submodule(swage_mechanics) swage_mechanics_multipliers
     integer :: n = 0
     !> Before the first of each contact and pair.
     integer, allocatable :: of_contact(:), of_pair(:)
-    !> Penetration [length], pressure by it [stress/length], and force by it [force/length], 0 where
-    !> nothing is to be closed; shape (n).
-    real(wp), allocatable :: penetration(:), penalty(:), stiffness(:)
+    !> Penetration and the opposite of the slip [length], pressure and traction by them
+    !> [stress/length], and force by them [force/length], 0 where nothing is to be closed or held;
+    !> shape (4, n).
+    real(wp), allocatable :: penetration(:, :), penalty(:, :), stiffness(:, :)
     !> Penetration that counts as closed [length]; shape (n).
     real(wp), allocatable :: limit(:)
   contains
     procedure :: add => all_conditions_add
   end type all_conditions_t
+
+  !> A change of pressures and bonds, and what follows from it.
+  type :: direction_t
+    !> [stress]; shape (4, n of the conditions).
+    real(wp), allocatable :: traction(:, :)
+    !> Change of penetrations and opposite slips [length]; shape of `traction`.
+    real(wp), allocatable :: rate(:, :)
+    !> Of the nodes, along the local axes; shape (n_dim + 1, n_node).
+    real(wp), allocatable :: motion(:, :)
+    !> Of the controlled coordinates; shape (n of the controls).
+    real(wp), allocatable :: step(:)
+  end type direction_t
 
 contains
 
@@ -103,80 +116,124 @@ contains
 
   module procedure correct_multipliers
 
-    real(wp), allocatable :: change(:), direction(:, :, :), left(:), pressure(:, :), rate(:, :), &
-      step(:, :)
-    real(wp) :: amount, length, target
+    real(wp), allocatable :: change(:, :), left(:, :)
     type(all_conditions_t) :: conditions
-    integer :: i, k
+    type(direction_t) :: directions(MOST_DIRECTIONS)
+    real(wp) :: amount, share, target
+    integer :: k
+    logical :: is_useless
 
     if (.not. corrects(self)) return
     call list_conditions(self, conditions)
-    length = sum(conditions%stiffness)
-    call self%comm%sum(length)
-    if (.not. length > 0.0_wp) return
+    amount = sum(conditions%stiffness)
+    call self%comm%sum(amount)
+    if (.not. amount > 0.0_wp) return
 
-    allocate (left(conditions%n), change(conditions%n), source=0.0_wp)
-    allocate (pressure(conditions%n, MOST_DIRECTIONS), rate(conditions%n, MOST_DIRECTIONS))
-    allocate (direction(self%unknowns%n_slot, self%unknowns%n_node, MOST_DIRECTIONS))
-    allocate (step(self%controls%n, MOST_DIRECTIONS))
+    allocate (left(4, conditions%n), change(4, conditions%n), source=0.0_wp)
     call penetrate(self, conditions, self%correction, self%controls%correction, left)
     left = merge(conditions%penetration + left, 0.0_wp, conditions%stiffness > 0.0_wp)
     target = self%linear_tolerance * force_of(self, conditions, left)
     if (.not. self%has_pending_values) then
       target = max(target, self%linear_tolerance * self%errors(1) * self%scales(1))
     end if
-
     do k = 1, MOST_DIRECTIONS
       amount = force_of(self, conditions, left)
-      length = 0.0_wp
-      if (self%asks_for_correction) length = open_share(self, conditions, left)
-      if (amount <= target .and. length <= 1.0_wp) exit
-      pressure(:, k) = conditions%penalty * left
-      call respond(self, conditions, pressure(:, k), weight, MARGIN * self%linear_tolerance, &
-                   direction(:, :, k), step(:, k), status)
-      if (status%failed()) return
-      call penetrate(self, conditions, direction(:, :, k), step(:, k), rate(:, k))
-      where (.not. conditions%stiffness > 0.0_wp) rate(:, k) = 0.0_wp
-      do i = 1, k
-        amount = product_of(self, conditions, rate(:, i), rate(:, k))
-        if (i == k) exit
-        rate(:, k) = rate(:, k) - amount * rate(:, i)
-        pressure(:, k) = pressure(:, k) - amount * pressure(:, i)
-        direction(:, :, k) = direction(:, :, k) - amount * direction(:, :, i)
-        step(:, k) = step(:, k) - amount * step(:, i)
-      end do
-      length = sqrt(amount)
-      if (length <= USELESS * sqrt(product_of(self, conditions, left, left))) exit
-      rate(:, k) = rate(:, k) / length
-      pressure(:, k) = pressure(:, k) / length
-      direction(:, :, k) = direction(:, :, k) / length
-      step(:, k) = step(:, k) / length
-      amount = -product_of(self, conditions, rate(:, k), left)
-      left = left + amount * rate(:, k)
-      change = change + amount * pressure(:, k)
-      self%correction = self%correction + amount * direction(:, :, k)
-      self%controls%correction = self%controls%correction + amount * step(:, k)
+      share = 0.0_wp
+      if (self%asks_for_correction) share = open_share(self, conditions, left)
+      if (amount <= target .and. share <= 1.0_wp) exit
+      call find_direction(self, conditions, left, weight, directions(:k - 1), directions(k), &
+                          is_useless, status)
+      if (is_useless .or. status%failed()) exit
+      associate (direction => directions(k))
+        amount = -product_of(self, conditions, direction%rate, left)
+        left = left + amount * direction%rate
+        change = change + amount * direction%traction
+        self%correction = self%correction + amount * direction%motion
+        self%controls%correction = self%controls%correction + amount * direction%step
+      end associate
     end do
+    if (.not. status%failed()) call set_corrections(self, conditions, change)
+
+  end procedure correct_multipliers
+
+  !> Collective. The next direction: what the nodes do where what is left open presses on them, its
+  !> change of the open made perpendicular to those of the directions before, and of unit length.
+  subroutine find_direction(self, conditions, left, weight, before, direction, is_useless, status)
+    class(mechanics_t), intent(inout) :: self
+    type(all_conditions_t), intent(in) :: conditions
+    !> [length]; shape (4, conditions%n).
+    real(wp), intent(in) :: left(:, :)
+    real(wp), contiguous, intent(in) :: weight(:)
+    type(direction_t), intent(in) :: before(:)
+    type(direction_t), intent(out) :: direction
+    !> True when it would change nothing.
+    logical, intent(out) :: is_useless
+    type(status_t), intent(inout) :: status
+
+    real(wp) :: amount, length
+    integer :: i
+
+    is_useless = .true.
+    allocate (direction%traction, source=conditions%penalty * left)
+    allocate (direction%rate(4, conditions%n), direction%step(self%controls%n))
+    allocate (direction%motion(self%unknowns%n_slot, self%unknowns%n_node))
+    call respond(self, conditions, direction%traction, weight, MARGIN * self%linear_tolerance, &
+                 direction%motion, direction%step, status)
+    if (status%failed()) return
+    call penetrate(self, conditions, direction%motion, direction%step, direction%rate)
+    where (.not. conditions%stiffness > 0.0_wp) direction%rate = 0.0_wp
+    do i = 1, size(before)
+      amount = product_of(self, conditions, before(i)%rate, direction%rate)
+      direction%rate = direction%rate - amount * before(i)%rate
+      direction%traction = direction%traction - amount * before(i)%traction
+      direction%motion = direction%motion - amount * before(i)%motion
+      direction%step = direction%step - amount * before(i)%step
+    end do
+    length = sqrt(product_of(self, conditions, direction%rate, direction%rate))
+    is_useless = length <= USELESS * sqrt(product_of(self, conditions, left, left))
+    if (is_useless) return
+    direction%rate = direction%rate / length
+    direction%traction = direction%traction / length
+    direction%motion = direction%motion / length
+    direction%step = direction%step / length
+
+  end subroutine find_direction
+
+  !> Give the contacts their corrections; those of bonds are turned back to the start of the step.
+  subroutine set_corrections(self, conditions, change)
+    class(mechanics_t), intent(inout) :: self
+    type(all_conditions_t), intent(in) :: conditions
+    !> Of pressures and bonds [stress]; shape (4, conditions%n).
+    real(wp), intent(in) :: change(:, :)
+
+    integer :: i, j
 
     do i = 1, size(self%contacts)
       associate (contact => self%contacts(i), first => conditions%of_contact(i))
-        contact%multiplier_correction = change(first + 1:first + size(contact%tag))
+        contact%multiplier_correction = change(1, first + 1:first + size(contact%tag))
+        do j = 1, size(contact%tag)
+          contact%bond_correction(:, j) = matmul(change(2:, first + j), &
+                                                 self%tools(contact%tool)%rotation_increment)
+        end do
       end associate
     end do
     do i = 1, size(self%pairs)
       associate (contact => self%pairs(i)%contact, first => conditions%of_pair(i))
-        contact%multiplier_correction = change(first + 1:first + size(contact%tag))
+        contact%multiplier_correction = change(1, first + 1:first + size(contact%tag))
+        do j = 1, size(contact%tag)
+          contact%bond_correction(:, j) = matmul(change(2:, first + j), contact%turn(:, :, j))
+        end do
       end associate
     end do
 
-  end procedure correct_multipliers
+  end subroutine set_corrections
 
   !> Collective. Scalar product of penetrations, as twice an energy.
   function product_of(self, conditions, a, b) result(total)
     class(mechanics_t), intent(in) :: self
     type(all_conditions_t), intent(in) :: conditions
-    real(wp), intent(in) :: a(:)
-    real(wp), intent(in) :: b(:)
+    real(wp), intent(in) :: a(:, :)
+    real(wp), intent(in) :: b(:, :)
     real(wp) :: total
 
     total = sum(conditions%stiffness * a * b)
@@ -188,7 +245,7 @@ contains
   function force_of(self, conditions, penetration) result(force)
     class(mechanics_t), intent(in) :: self
     type(all_conditions_t), intent(in) :: conditions
-    real(wp), intent(in) :: penetration(:)
+    real(wp), intent(in) :: penetration(:, :)
     real(wp) :: force
 
     force = sum((conditions%stiffness * penetration)**2)
@@ -201,11 +258,11 @@ contains
   function open_share(self, conditions, penetration) result(share)
     class(mechanics_t), intent(in) :: self
     type(all_conditions_t), intent(in) :: conditions
-    real(wp), intent(in) :: penetration(:)
+    real(wp), intent(in) :: penetration(:, :)
     real(wp) :: share
 
     share = 0.0_wp
-    if (conditions%n > 0) share = maxval(abs(penetration) / conditions%limit)
+    if (conditions%n > 0) share = maxval(abs(penetration(1, :)) / conditions%limit)
     call self%comm%max(share)
 
   end function open_share
@@ -225,7 +282,7 @@ contains
     do i = 1, size(self%pairs)
       n = n + size(self%pairs(i)%contact%tag)
     end do
-    allocate (conditions%penetration(n), conditions%penalty(n), conditions%stiffness(n), &
+    allocate (conditions%penetration(4, n), conditions%penalty(4, n), conditions%stiffness(4, n), &
               conditions%limit(n))
     do i = 1, size(self%contacts)
       conditions%of_contact(i) = conditions%n
@@ -247,21 +304,23 @@ contains
 
     do i = 1, size(contact%tag)
       self%n = self%n + 1
-      self%penetration(self%n) = contact%penetration(i)
-      self%penalty(self%n) = contact%growth * contact%penalty(i)
-      self%stiffness(self%n) = contact%stiffness_of(i)
+      self%penetration(:, self%n) = [contact%penetration(i), -contact%slip(:, i)]
+      self%penalty(1, self%n) = contact%growth * contact%penalty(i)
+      self%penalty(2:, self%n) = contact%growth * contact%tangential_stiffness(i)
+      self%stiffness(1, self%n) = contact%stiffness_of(i)
+      self%stiffness(2:, self%n) = contact%shear_stiffness_of(i)
       self%limit(self%n) = CLOSED_SHARE * contact%enforcement%penetration_tolerance &
         * contact%size(i)
     end do
 
   end subroutine all_conditions_add
 
-  !> Collective. How the nodes, and tools that follow forces, give way to pressures.
-  subroutine respond(self, conditions, pressure, weight, tolerance, motion, step, status)
+  !> Collective. How the nodes, and tools that follow forces, give way to pressures and bonds.
+  subroutine respond(self, conditions, traction, weight, tolerance, motion, step, status)
     class(mechanics_t), intent(inout) :: self
     type(all_conditions_t), intent(in) :: conditions
-    !> [stress]; shape (conditions%n).
-    real(wp), intent(in) :: pressure(:)
+    !> Of pressures and bonds [stress]; shape (4, conditions%n).
+    real(wp), intent(in) :: traction(:, :)
     !> Of the slots of a residual, for the linear solver; shape (n_dim + 1).
     real(wp), contiguous, intent(in) :: weight(:)
     real(wp), intent(in) :: tolerance
@@ -274,7 +333,7 @@ contains
     real(wp), allocatable :: column(:, :)
     real(wp), allocatable, target :: force(:, :)
     real(wp), pointer :: list(:)
-    real(wp) :: tool_force(self%controls%n), x(3)
+    real(wp) :: pushed(3), tool_force(self%controls%n), x(3)
     integer :: i, j, k, n
 
     n = self%mesh%dimension
@@ -285,15 +344,17 @@ contains
       associate (contact => self%contacts(i))
         do j = 1, size(contact%node)
           if (.not. contact%active(j)) cycle
+          associate (change => traction(:, conditions%of_contact(i) + j))
+            pushed = change(1) * contact%node_push(:, j) + contact%area(j) * change(2:)
+          end associate
           associate (f => column(:n, self%unknowns%of_node(contact%node(j))))
-            f = f + pressure(conditions%of_contact(i) + j) * contact%node_push(:n, j)
+            f = f + pushed(:n)
           end associate
           do k = 1, self%controls%n
             if (self%controls%tool(k) /= contact%tool) cycle
             x(:n) = self%mesh%coordinates(:, contact%node(j)) + self%increment(:, contact%node(j))
-            tool_force(k) = tool_force(k) - pressure(conditions%of_contact(i) + j) &
-              * dot_product(contact%node_push(:, j), &
-                            self%tools(contact%tool)%lever(self%controls%place(k), x))
+            tool_force(k) = tool_force(k) &
+              - dot_product(pushed, self%tools(contact%tool)%lever(self%controls%place(k), x))
           end do
         end do
       end associate
@@ -303,8 +364,8 @@ contains
       allocate (force(3, self%surface%n_node), source=0.0_wp)
       do i = 1, size(self%pairs)
         associate (contact => self%pairs(i)%contact, first => conditions%of_pair(i))
-          call contact%push(self%pairs(i)%rows, pressure(first + 1:first + size(contact%tag)), &
-                            force)
+          call contact%push(self%pairs(i)%rows, &
+                            traction(:, first + 1:first + size(contact%tag)), force)
         end associate
       end do
       list(1:size(force)) => force
@@ -330,7 +391,8 @@ contains
 
   end subroutine respond
 
-  !> Collective. Change of the penetrations of active conditions by a motion; 0 of others.
+  !> Collective. Change of penetrations and opposite slips of active conditions by a motion; 0 of
+  !> others.
   subroutine penetrate(self, conditions, motion, step, change)
     class(mechanics_t), intent(in) :: self
     type(all_conditions_t), intent(in) :: conditions
@@ -338,16 +400,15 @@ contains
     real(wp), intent(in) :: motion(:, :)
     !> Of the controlled coordinates; shape (n of the controls).
     real(wp), intent(in) :: step(:)
-    !> [length]; shape (conditions%n).
-    real(wp), intent(out) :: change(:)
+    !> [length]; shape (4, conditions%n).
+    real(wp), intent(out) :: change(:, :)
 
-    real(wp), allocatable :: gathered(:, :), global(:, :), of_row(:)
+    real(wp), allocatable :: gathered(:, :), global(:, :)
     real(wp) :: relative(3), x(3)
     integer :: i, j, k, n
 
     n = self%mesh%dimension
     change = 0.0_wp
-    relative = 0.0_wp
     x = 0.0_wp
     allocate (global, source=motion)
     call self%constraints%to_global(global)
@@ -355,6 +416,7 @@ contains
       associate (contact => self%contacts(i))
         do j = 1, size(contact%node)
           if (.not. contact%active(j)) cycle
+          relative = 0.0_wp
           relative(:n) = global(:n, self%unknowns%of_node(contact%node(j)))
           do k = 1, self%controls%n
             if (self%controls%tool(k) /= contact%tool) cycle
@@ -362,8 +424,10 @@ contains
             relative = relative &
               - step(k) * self%tools(contact%tool)%lever(self%controls%place(k), x)
           end do
-          change(conditions%of_contact(i) + j) = &
-            -dot_product(contact%node_normal(:n, j), relative(:n))
+          associate (here => change(:, conditions%of_contact(i) + j))
+            here(1) = -dot_product(contact%node_normal(:, j), relative)
+            here(2:) = -matmul(contact%node_slip(:, :, j), relative)
+          end associate
         end do
       end associate
     end do
@@ -373,10 +437,8 @@ contains
     do i = 1, size(self%pairs)
       associate (pair => self%pairs(i), contact => self%pairs(i)%contact, &
                  first => conditions%of_pair(i))
-        allocate (of_row(pair%rows%n_row))
-        call pair%rows%change_gaps(gathered, of_row)
-        call contact%penetrate(pair%rows, of_row, change(first + 1:first + size(contact%tag)))
-        deallocate (of_row)
+        call contact%penetrate(pair%rows, gathered, &
+                               change(:, first + 1:first + size(contact%tag)))
       end associate
     end do
 

@@ -5,6 +5,7 @@ yields, in 24 increments: the contact grows from a point to some twelve nodes. H
 in plane strain, without friction and with Coulomb's. With penalties of 1, 10 and 100 E/h the
 augmented Lagrangian must bring the penetration below 1e-4 of a cell, Lagrange multipliers below 1e-8,
 for at most so many Newton iterations more than the plain penalty takes, and with forces that agree.
+(A penalty of more than 10 stiffnesses of cells is taken for 10 where multipliers are unknowns.)
 On three ranks the history is that of one; a run that goes on from the middle ends with the same bits.
 """
 import swage_mesh_writer
