@@ -203,6 +203,9 @@ contains
     !> Appended to.
     type(condition_list_t), intent(inout) :: list
 
+    !> A point this far outside a facet, by weight, still meets it.
+    real(wp), parameter :: ON_SIDE = 1.0e-9_wp
+
     integer :: f, n, owner, q
     real(wp) :: x(3)
     real(wp), allocatable :: barycentric(:, :), weight(:)
@@ -221,6 +224,9 @@ contains
           if (pair%smoothing) x = x + slave%rise(f, barycentric(:, q)) * slave%normal(:, f)
           call pair%find_foot(master, node, x, slave%normal(:, f:f), pair%smoothing, condition%foot)
           if (condition%foot%facet == 0) cycle
+          ! Beyond a rim: unlike a node, a point has never been on it
+          if (minval(condition%foot%weight(:n)) < -ON_SIDE) cycle
+          if (pair%is_beside(slave, master, f, x, condition%foot%penetration)) cycle
           condition%slave = owner
           condition%key = key_offset + (f - 1) * n_point + q
           condition%node(:n) = node

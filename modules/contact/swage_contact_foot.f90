@@ -21,7 +21,8 @@ module swage_contact_foot
   implicit none(type, external)
   private
 
-  public :: contact_foot_t, find_foot, find_gap, thickness_below, FACING, SELF_FACING
+  public :: contact_foot_t, find_foot, find_gap, is_beside, is_within, thickness_below
+  public :: FACING, SELF_FACING
 
   !> Largest cosine of the angle between the normals of two surfaces that may touch: 100 degrees.
   real(wp), parameter :: FACING = -cos(80.0_wp / 180.0_wp * acos(-1.0_wp))
@@ -36,6 +37,8 @@ module swage_contact_foot
   !> A point this close to a feature, by the facet, lies on it.
   real(wp), parameter :: TOUCHING = 1.0e-12_wp
   integer, parameter :: NEXT(3) = [2, 3, 1]
+  !> Normals of which one faces whatever there is.
+  real(wp), parameter :: ALL_WAYS(3, 6) = reshape([IDENTITY, -IDENTITY], [3, 6])
 
   type :: contact_foot_t
     !> 0 when there is no foot.
@@ -114,9 +117,6 @@ contains
     !> Negative inside; the bound where no facet is so near [length].
     real(wp), intent(out) :: gap
 
-    !> One of them faces whatever there is.
-    real(wp), parameter :: ALL_WAYS(3, 6) = reshape([IDENTITY, -IDENTITY], [3, 6])
-
     integer :: facet, place
     real(wp) :: weight(3)
 
@@ -127,6 +127,58 @@ contains
     gap = dot_product(x - surface%x(:, surface%facet(1, facet)), surface%normal(:, facet))
 
   end subroutine find_gap
+
+  !> True for a point inside that has a much shorter way out, through what faces its neighbours.
+  !>
+  !> Where the corner of one body presses on another body next to an edge, the walls beside the
+  !> corner and beside the edge face each other, and lie up to a cell deep in each other over a
+  !> sliver.
+  pure function is_beside(surface, x, towards, penetration, depth) result(beside)
+    type(contact_surface_t), intent(in) :: surface
+    !> [length]
+    real(wp), intent(in) :: x(3)
+    !> Normals of the point's own surface around it; shape (3, :).
+    real(wp), intent(in) :: towards(:, :)
+    !> Into what faces the point [length].
+    real(wp), intent(in) :: penetration
+    !> Largest one that counts [length].
+    real(wp), intent(in) :: depth
+    logical :: beside
+
+    !> Penetration by the largest one below which nobody asks, and the share of it that is much
+    !> shorter.
+    real(wp), parameter :: DEEP = 1.0e-3_wp, SHORTER = 0.5_wp
+
+    integer :: facet, place
+    real(wp) :: weight(3)
+
+    beside = .false.
+    if (penetration <= DEEP * depth) return
+    call find_nearest(surface, x, towards, SHORTER * penetration, facet, weight, place)
+    beside = facet > 0
+
+  end function is_beside
+
+  !> True when the nearest facet, whatever way it faces, has a point inside, deeper than asked.
+  pure function is_within(surface, x, depth, bound) result(within)
+    type(contact_surface_t), intent(in) :: surface
+    !> [length]
+    real(wp), intent(in) :: x(3)
+    real(wp), intent(in) :: depth
+    !> Largest distance of the facet [length].
+    real(wp), intent(in) :: bound
+    logical :: within
+
+    integer :: facet, place
+    real(wp) :: weight(3)
+
+    within = .false.
+    call find_nearest(surface, x, ALL_WAYS, bound, facet, weight, place)
+    ! Next to an edge the plane of a facet says nothing
+    if (facet == 0 .or. place /= PLACE_INSIDE) return
+    within = depth_under(surface, x, facet) > depth
+
+  end function is_within
 
   pure function is_facing(towards, normal)
     real(wp), intent(in) :: towards(:, :)

@@ -201,6 +201,10 @@ contains
     else
       call send_along_smoothed(pair, point, meets)
     end if
+    if (.not. meets) return
+    meets = .not. pair%is_beside(pair%slave, pair%master, beam%slave_facet, &
+                                 pair%slave%point(beam%slave_facet, slave_weight), &
+                                 point%penetration)
 
   end subroutine send
 

@@ -5,8 +5,8 @@
 !> wall: what it lies under by more than half the thickness of the wall does not count. Both walls
 !> have conditions, and each one half of the weight.
 module swage_contact_pair
-  use swage_contact_foot, only: contact_foot_t, FACING, find_foot, find_gap, SELF_FACING, &
-    thickness_below
+  use swage_contact_foot, only: contact_foot_t, FACING, find_foot, find_gap, is_beside, &
+    is_within, SELF_FACING, thickness_below
   use swage_contact_surface, only: contact_surface_create, contact_surface_t
   use swage_kinds, only: wp
   implicit none(type, external)
@@ -32,6 +32,9 @@ module swage_contact_pair
     !> than matters; at first it follows from how the bodies are drawn, then from what it was
     !> [length]; shape (n_node), (0) otherwise.
     real(wp), allocatable :: thickness(:)
+    !> Facets of the slave, then of the master, that are inside the other body at the start of the
+    !> step, so deep that they have no conditions.
+    logical, allocatable :: is_buried(:)
   contains
     !> Take new positions as those of the start of a step: areas, what of them counts, and what
     !> edges are sharp.
@@ -44,6 +47,10 @@ module swage_contact_pair
     procedure :: depth_at => contact_pair_depth_at
     !> True when a facet of the master may oppose one of the slave.
     procedure :: may_meet => contact_pair_may_meet
+    !> True when a point of a facet is out of the other body by a much shorter way than its foot.
+    procedure :: is_beside => contact_pair_is_beside
+    !> Where a surface has gone so deep into the other one in the step that it has no conditions.
+    procedure :: find_lost => contact_pair_find_lost
   end type contact_pair_t
 
 contains
@@ -89,8 +96,101 @@ contains
     if (self%is_self) call measure_walls(self)
     call weigh_facets(self, self%master, self%slave)
     call weigh_facets(self, self%slave, self%master)
+    call find_buried(self, self%is_buried)
 
   end subroutine contact_pair_begin_step
+
+  !> Facets whose middle is inside the other body without a foot there. Walls of one surface are not
+  !> looked at: inside of one of them is the body itself.
+  subroutine find_buried(pair, is_buried)
+    type(contact_pair_t), intent(in) :: pair
+    !> Shape (facets of the slave and the master).
+    logical, allocatable, intent(out) :: is_buried(:)
+
+    allocate (is_buried(pair%slave%n_facet + pair%master%n_facet), source=.false.)
+    if (pair%is_self) return
+    call look(pair%slave, pair%master, is_buried(:pair%slave%n_facet))
+    call look(pair%master, pair%slave, is_buried(pair%slave%n_facet + 1:))
+
+  contains
+
+    subroutine look(surface, other, inside)
+      type(contact_surface_t), intent(in) :: surface
+      type(contact_surface_t), intent(in) :: other
+      logical, intent(inout) :: inside(:)
+
+      !> Depth, by the largest that counts, which is no matter of rounding or of a rim; and distance
+      !> of the nearest facet that is looked at.
+      real(wp), parameter :: CLEARLY = 0.1_wp, FAR = 2.0_wp
+
+      integer :: f
+      real(wp) :: middle(3), x(3)
+      type(contact_foot_t) :: foot
+
+      middle = 0.0_wp
+      middle(:surface%n_dim) = 1.0_wp / surface%n_dim
+      do f = 1, surface%n_facet
+        x = surface%point(f, middle)
+        if (.not. is_within(other, x, CLEARLY * pair%depth, FAR * pair%depth)) cycle
+        call pair%find_foot(other, surface%facet(:, f), x, surface%normal(:, f:f), .false., foot)
+        inside(f) = foot%facet == 0
+      end do
+
+    end subroutine look
+
+  end subroutine find_buried
+
+  !> See [[swage_contact_foot:is_beside]].
+  pure function contact_pair_is_beside(self, surface, other, f, x, penetration) result(beside)
+    class(contact_pair_t), intent(in) :: self
+    !> The point's surface, and the other one.
+    type(contact_surface_t), intent(in) :: surface
+    type(contact_surface_t), intent(in) :: other
+    !> Facet of the point.
+    integer, intent(in) :: f
+    !> [length]
+    real(wp), intent(in) :: x(3)
+    !> [length]
+    real(wp), intent(in) :: penetration
+    logical :: beside
+
+    integer, parameter :: MOST = 32
+
+    integer :: a, n
+    real(wp) :: towards(3, MOST)
+
+    beside = .false.
+    if (self%is_self .or. .not. penetration > 0.0_wp) return
+    do a = 1, surface%n_dim
+      call surface%normals_at(surface%facet(a, f), n, towards)
+      beside = beside .or. is_beside(other, x, towards(:, :n), penetration, self%depth)
+    end do
+
+  end function contact_pair_is_beside
+
+  !> With the positions of the last update.
+  subroutine contact_pair_find_lost(self, found, middle)
+    class(contact_pair_t), intent(in) :: self
+    logical, intent(out) :: found
+    !> Of the first such facet [length].
+    real(wp), intent(out) :: middle(3)
+
+    integer :: f
+    logical, allocatable :: is_buried(:)
+
+    middle = 0.0_wp
+    call find_buried(self, is_buried)
+    f = findloc(is_buried .and. .not. self%is_buried, .true., dim=1)
+    found = f > 0
+    if (.not. found) return
+    if (f <= self%slave%n_facet) then
+      middle = sum(self%slave%x(:, self%slave%facet(:, f)), dim=2) / self%slave%n_dim
+    else
+      f = f - self%slave%n_facet
+      middle = sum(self%master%x(:, self%master%facet(:, f)), dim=2) / self%master%n_dim
+    end if
+
+  end subroutine contact_pair_find_lost
 
   !> A wall gets thinner by less than half in a step.
   pure subroutine measure_walls(pair)

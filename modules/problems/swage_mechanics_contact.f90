@@ -41,6 +41,8 @@ contains
       end associate
     end do
     if (.not. done) return
+    call check_depth(self, status)
+    if (status%failed()) return
     do i = 1, size(self%contacts)
       call note_alternation(self, self%contacts(i)%contact_state_t)
     end do
@@ -79,6 +81,30 @@ contains
                       ': nodes cannot settle whether they touch', EXIT_CONVERGENCE)
 
   end subroutine give_up
+
+  !> Bodies that have gone through each other deeper than conditions reach must not go on as if
+  !> there were no contact. All ranks know the surfaces, and find the same.
+  subroutine check_depth(self, status)
+    type(mechanics_t), intent(in) :: self
+    type(status_t), intent(inout) :: status
+
+    real(wp) :: place(3)
+    integer :: i
+    logical :: lost
+
+    do i = 1, size(self%pairs)
+      associate (pair => self%pairs(i))
+        if (pair%contact%is_tied) cycle
+        call pair%surfaces%find_lost(lost, place)
+        if (.not. lost) cycle
+        call status%raise(STATUS_RETRY, 'mechanics_augment', 'contact '//pair%contact%name// &
+                          ': bodies go through each other'// &
+                          near(place(:self%mesh%dimension))//', deeper than their cells ('// &
+                          text(pair%surfaces%depth)//' [length])', EXIT_CONVERGENCE)
+      end associate
+    end do
+
+  end subroutine check_depth
 
   module procedure prepare_contacts
 

@@ -458,6 +458,7 @@ contains
                           'line 1 to 10, on a triangle 1, 3, 6, 7 or 12')
       end if
       if (allocated(pair%formulation) .and. pair%surfaces%is_self) then
+        if (keys%tied) call group%refuse('tied', 'cannot tie a surface to itself')
         if (.not. pair%formulation%admits_self()) then
           call group%refuse('master', 'is the slave itself, whose nodes are on both sides: '// &
                             'this needs formulation = ''symmetric'', or ''quasi_symmetric'' '// &
@@ -571,6 +572,13 @@ contains
       return
     end if
     call pair%contact%adjust(pair%rows, keys%fit)
+    if (any(pair%surfaces%is_buried)) then
+      call status%raise(STATUS_ERROR, 'check_start', group%describe('master')//': at the start '// &
+                        text(count(pair%surfaces%is_buried))//' facets of the two surfaces are '// &
+                        'inside the other body deeper than their cells ('// &
+                        text(pair%surfaces%depth)//' [length]): draw the bodies apart')
+      return
+    end if
     if (keys%fit%duration > 0.0_wp) then
       call need_overlap(self, group, keys, pair, status)
       return
