@@ -41,7 +41,7 @@ PLANE = """
 &flow_stress name = 'linear' kind = 'linear' yield_stress = 100 hardening_modulus = 100 /
 &boundary name = 'base' kind = 'fixed' group = 'LOWER_BOTTOM' /
 &boundary name = 'press' kind = 'displacement' group = 'UPPER_TOP' components = 'y'
-  displacement = 0, -0.3 time = 0, 0.2, 1 factor = 0, 1, 1 /
+  displacement = 0, -0.06 time = 0, 0.2, 1 factor = 0, 1, 1 /
 &boundary name = 'drag' kind = 'displacement' group = 'UPPER_TOP' components = 'x'
   displacement = 6, 0 time = 0, 0.2, 1 factor = 0, 0, 1 /
 &friction name = 'dry' kind = 'coulomb' coefficient = 0.2 method = 'return_mapping' /
