@@ -147,7 +147,7 @@ contains
 
     !> Penetration by the largest one below which nobody asks, and the share of it that is much
     !> shorter.
-    real(wp), parameter :: DEEP = 1.0e-3_wp, SHORTER = 0.5_wp
+    real(wp), parameter :: DEEP = 0.03_wp, SHORTER = 0.1_wp
 
     integer :: facet, place
     real(wp) :: weight(3)
