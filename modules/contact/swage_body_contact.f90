@@ -592,11 +592,7 @@ contains
       response%by_angle = matmul(point%d_traction_old, turned)
     end if
     response%is_unsymmetric = norm2(response%by_pressure) + norm2(response%by_angle) > 0.0_wp
-    self%turned_about(i) = dot_product(point%traction, self%traction_was(:, i)) < 0.0_wp
-    if (self%turned_about(i)) then
-      point%secant = norm2(point%traction - self%traction_was(:, i)) &
-        / max(norm2(point%slip - self%slip_was(:, i)), tiny(1.0_wp))
-    end if
+    call self%turn_about(i, point%secant)
     self%row_secant(:, :, row) = matmul(point%d_slip + point%secant * IDENTITY, flat)
 
   end subroutine press
@@ -873,10 +869,12 @@ contains
   end subroutine body_contact_work
 
   !> See [[tool_contact_t:watch]].
-  pure subroutine body_contact_watch(self, takes_secants, rows, blocks)
+  pure subroutine body_contact_watch(self, takes_secants, takes_turns, rows, blocks)
     class(body_contact_t), intent(inout) :: self
     !> For all conditions; else only for those whose friction has turned about.
     logical, intent(in) :: takes_secants
+    !> For those whose friction had turned about for any share of the last correction.
+    logical, intent(in) :: takes_turns
     !> Of the last evaluation.
     type(contact_rows_t), intent(in) :: rows
     !> Added to.
@@ -885,17 +883,25 @@ contains
     type(response_t) :: response(rows%n_row)
     integer :: i, row
     logical :: counts(rows%n_row)
+    real(wp) :: secant(3, 3)
 
     counts = .false.
     do row = 1, rows%n_row
       i = self%condition(row)
       if (i == 0) cycle
-      counts(row) = self%active(i) .and. (takes_secants .or. self%turned_about(i)) .and. &
-        norm2(self%row_secant(:, :, row)) > 0.0_wp
-      response(row)%by_motion = -self%row_secant(:, :, row) / rows%area(row)
+      counts(row) = self%active(i) .and. (takes_secants .or. self%turned_about(i) .or. &
+                                          (takes_turns .and. self%turn_secant(i) > 0.0_wp))
+      if (.not. counts(row)) cycle
+      secant = self%row_secant(:, :, row)
+      if (takes_turns .and. self%turn_secant(i) > 0.0_wp) then
+        secant = secant + (self%turn_secant(i) - self%secant(i)) &
+          * (IDENTITY - dyadic(rows%normal(:, row), rows%normal(:, row)))
+      end if
+      counts(row) = norm2(secant) > 0.0_wp
+      response(row)%by_motion = -secant / rows%area(row)
     end do
     if (any(counts)) call add_blocks(rows, counts, size(self%nodal_load, 2), response, blocks)
-    call self%hold()
+    call self%hold(takes_secants)
 
   end subroutine body_contact_watch
 

@@ -168,6 +168,10 @@ module swage_contact_state
     real(wp), allocatable :: slip(:, :), slip_was(:, :), traction_was(:, :)
     !> Friction has turned about since then.
     logical, allocatable :: turned_about(:)
+    !> Secant of friction at the last evaluation, and the largest one of all shares of the last
+    !> corrections, taken or not, for which it had turned about; 0 where there is none
+    !> [stress/length].
+    real(wp), allocatable :: secant(:), turn_secant(:)
     !> Resistance to a change of the sliding rate.
     type(sliding_inertia_t) :: inertia
     !> Factor on the penalties of the start, at the start of the step and now [1].
@@ -197,6 +201,8 @@ module swage_contact_state
     procedure :: open_force_square => contact_state_open_force_square
     !> Once an iteration: hold conditions that alternate between contact and none.
     procedure :: hold => contact_state_hold
+    !> Take the secant where friction has turned about.
+    procedure :: turn_about => contact_state_turn_about
     !> How the conditions of this rank stand.
     procedure :: take_census => contact_state_take_census
     !> What `judge` decides by, of this rank's conditions.
@@ -250,7 +256,8 @@ contains
     allocate (state%area(n), state%flow_stress(n), state%penetration(n), state%pressure(n), &
               state%multiplier_old(n), state%multiplier(n), state%multiplier_correction(n), &
               state%multiplier_base(n), state%bond_change(n), &
-              state%penetration_old(n), state%load_old(n), source=0.0_wp)
+              state%penetration_old(n), state%load_old(n), state%secant(n), state%turn_secant(n), &
+              source=0.0_wp)
     allocate (state%traction_old(3, n), state%traction(3, n), state%shear_old(3, n), &
               state%normal_old(3, n), state%bond(3, n), state%slip(3, n), state%slip_was(3, n), &
               state%traction_was(3, n), state%bond_correction(3, n), state%bond_base(3, n), &
@@ -273,6 +280,7 @@ contains
     self%held = .false.
     self%keeping = .true.
     self%traction_was = 0.0_wp
+    self%turn_secant = 0.0_wp
     self%was_active = self%active
     self%n_change = 0
     self%n_iteration = 0
@@ -405,8 +413,10 @@ contains
 
   end function contact_state_open_force_square
 
-  pure subroutine contact_state_hold(self)
+  pure subroutine contact_state_hold(self, keeps_turns)
     class(contact_state_t), intent(inout) :: self
+    !> True when the secants of turns shall last for one more correction.
+    logical, intent(in) :: keeps_turns
 
     integer :: i
 
@@ -421,8 +431,31 @@ contains
     end do
     self%slip_was = self%slip
     self%traction_was = self%traction
+    if (.not. keeps_turns) self%turn_secant = 0.0_wp
 
   end subroutine contact_state_hold
+
+  !> Take the secant where friction has turned about since the last correction: it leads to where
+  !> friction vanishes.
+  pure subroutine contact_state_turn_about(self, i, secant)
+    class(contact_state_t), intent(inout) :: self
+    !> Place of the condition, whose slip and traction are those of the present iterate.
+    integer, intent(in) :: i
+    !> That of the friction law; replaced by the one of the turn where there is one
+    !> [stress/length].
+    real(wp), intent(inout) :: secant
+
+    real(wp) :: way
+
+    self%turned_about(i) = dot_product(self%traction(:, i), self%traction_was(:, i)) < 0.0_wp
+    if (self%turned_about(i)) then
+      way = max(norm2(self%slip(:, i) - self%slip_was(:, i)), tiny(1.0_wp))
+      secant = norm2(self%traction(:, i) - self%traction_was(:, i)) / way
+      self%turn_secant(i) = max(self%turn_secant(i), secant)
+    end if
+    self%secant(i) = secant
+
+  end subroutine contact_state_turn_about
 
   !> The first iteration finds contact where there was none: that is no change of late.
   pure subroutine contact_state_take_census(self, census)

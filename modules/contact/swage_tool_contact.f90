@@ -342,11 +342,7 @@ contains
                                 + matmul(point%d_slip, d_slip) &
                                 + matmul(point%d_traction_old, d_turned) + d_inertia)
     self%slip(:, i) = point%slip
-    self%turned_about(i) = dot_product(point%traction, self%traction_was(:, i)) < 0.0_wp
-    if (self%turned_about(i)) then
-      point%secant = norm2(point%traction - self%traction_was(:, i)) &
-        / norm2(point%slip - self%slip_was(:, i))
-    end if
+    call self%turn_about(i, point%secant)
     secant = -self%area(i) * matmul(point%d_slip + point%secant * IDENTITY, d_slip)
     ! A bond that boundaries hold stays as it is
     self%sticks(i) = self%friction%has_history .and. point%sticking
@@ -368,25 +364,34 @@ contains
   !> a body that friction alone moves would fly away in one correction. A secant takes it along with
   !> the tool. Where friction has turned about in the last correction, the secant between both
   !> states leads to where it vanishes.
-  subroutine tool_contact_watch(self, takes_secants, matrix)
+  subroutine tool_contact_watch(self, takes_secants, takes_turns, matrix)
     class(tool_contact_t), intent(inout) :: self
     !> For all nodes; else only for those whose friction has turned about.
     logical, intent(in) :: takes_secants
+    !> For those whose friction had turned about for any share of the last correction.
+    logical, intent(in) :: takes_turns
     !> As [[tool_contact_t:evaluate]] left it.
     type(block_matrix_t), intent(inout) :: matrix
 
+    real(wp) :: secant(3, 3)
     integer :: i, n
 
     n = matrix%n_slot - 1
     do i = 1, size(self%node)
-      if (self%active(i) .and. (takes_secants .or. self%turned_about(i))) then
-        associate (block => matrix%values(:n, :n, matrix%diagonal(self%node(i))))
-          block = block - self%node_secant(:n, :n, i)
-        end associate
-        self%node_stiffness(:, :, i) = self%node_stiffness(:, :, i) + self%node_secant(:, :, i)
+      if (.not. self%active(i)) cycle
+      if (.not. (takes_secants .or. self%turned_about(i) .or. &
+                 (takes_turns .and. self%turn_secant(i) > 0.0_wp))) cycle
+      secant = self%node_secant(:, :, i)
+      if (takes_turns .and. self%turn_secant(i) > 0.0_wp) then
+        secant = secant - self%area(i) * (self%turn_secant(i) - self%secant(i)) &
+          * self%node_slip(:, :, i)
       end if
+      associate (block => matrix%values(:n, :n, matrix%diagonal(self%node(i))))
+        block = block - secant(:n, :n)
+      end associate
+      self%node_stiffness(:, :, i) = self%node_stiffness(:, :, i) + secant
     end do
-    call self%hold()
+    call self%hold(takes_secants)
 
   end subroutine tool_contact_watch
 

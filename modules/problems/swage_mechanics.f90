@@ -186,6 +186,8 @@ module swage_mechanics
     real(wp), allocatable :: surface_start(:, :), surface_moved(:, :)
     !> Version of the coupling's pattern that the solver has analysed.
     integer :: analysed_version = 0
+    !> The last tangent had the secants of friction of all conditions.
+    logical :: has_secants = .false.
     !> How often patterns of the matrix have been analysed in this run.
     integer :: n_analysis = 0
     !> Place in `materials` and `bodies`; shape (n_cell).

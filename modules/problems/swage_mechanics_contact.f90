@@ -110,18 +110,26 @@ contains
 
     type(contact_blocks_t) :: secants
     integer :: i, k
-    logical :: takes_secants
+    logical :: takes_secants, takes_turns
 
-    takes_secants = self%needs_safe_tangent .or. &
-      (self%n_evaluation == 1 .and. self%starts_from_rest) .or. self%errors(1) > FAR_OFF
+    takes_secants = (self%n_evaluation == 1 .and. self%starts_from_rest) &
+      .or. self%errors(1) > FAR_OFF
+    takes_turns = .false.
+    if (self%needs_safe_tangent .and. .not. takes_secants) then
+      ! Where the secants of all have not helped either, a few points that belong between sliding
+      ! one way and the other hold up the rest
+      if (self%has_secants) takes_turns = has_turned(self)
+      takes_secants = .not. takes_turns
+    end if
+    self%has_secants = takes_secants
     do i = 1, size(self%contacts)
-      call self%contacts(i)%watch(takes_secants, self%matrix)
+      call self%contacts(i)%watch(takes_secants, takes_turns, self%matrix)
       call self%contacts(i)%start_correction()
     end do
     do i = 1, size(self%pairs)
       call self%pairs(i)%contact%start_correction()
       call secants%start()
-      call self%pairs(i)%contact%watch(takes_secants, self%pairs(i)%rows, secants)
+      call self%pairs(i)%contact%watch(takes_secants, takes_turns, self%pairs(i)%rows, secants)
       do k = 1, secants%n
         call self%matrix%coupling%add(secants%row(k), secants%column(k), secants%block(:, :, k), &
                                       .false.)
@@ -129,6 +137,26 @@ contains
     end do
 
   end procedure prepare_contacts
+
+  !> Collective. True when friction has turned about anywhere in the last correction.
+  function has_turned(self) result(turned)
+    class(mechanics_t), intent(in) :: self
+    logical :: turned
+
+    integer(gp) :: n
+    integer :: i
+
+    n = 0_gp
+    do i = 1, size(self%contacts)
+      n = n + count(self%contacts(i)%turn_secant > 0.0_wp, kind=gp)
+    end do
+    do i = 1, size(self%pairs)
+      n = n + count(self%pairs(i)%contact%turn_secant > 0.0_wp, kind=gp)
+    end do
+    call self%comm%sum(n)
+    turned = n > 0_gp
+
+  end function has_turned
 
   !> Collective. A line for the log about a step in which conditions alternated.
   subroutine note_alternation(self, contact)
