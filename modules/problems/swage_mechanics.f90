@@ -277,6 +277,9 @@ module swage_mechanics
     type(energy_balance_t) :: energies
     !> Force of the prescribed motion on each node there, 0 where it is free; (n_dim, n_node).
     real(wp), allocatable :: support_force(:, :)
+    !> What bodies add to the residual of each own node where they touch, at the last accepted step
+    !> and at the last evaluation [force]; not allocated without such contact; (n_dim, n_node).
+    real(wp), allocatable :: contact_force(:, :), contact_force_new(:, :)
     !> Power-conjugate forces at the last accepted step: tools (6), boundaries (3); see history.
     real(wp), allocatable :: tool_force(:, :), reaction(:, :), load_force(:, :)
     !> Time spent on cells and contact; that of equations is in `solver`.

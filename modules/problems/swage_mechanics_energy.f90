@@ -54,6 +54,7 @@ contains
 
     call self%energies%add(step)
     self%support_force = support(:, self%unknowns%of_node)
+    if (size(self%pairs) > 0) self%contact_force = self%contact_force_new
     call move_alloc(tool_force, self%tool_force)
     call move_alloc(reaction, self%reaction)
     call move_alloc(load_force, self%load_force)
@@ -297,8 +298,28 @@ contains
       step%stabilisation = step%stabilisation + work%inertia
       step%external = step%external - work%excess
     end do
+    if (size(self%pairs) > 0) step%external = step%external + work_of_change(self)
 
   end subroutine add_contacts
+
+  !> Pairs take the forces of the start of the step from conditions that are made anew there, with
+  !> other shares of facets that gape: what the forces that were in balance do more, on own nodes.
+  pure function work_of_change(self) result(work)
+    class(mechanics_t), intent(in) :: self
+    real(wp) :: work
+
+    integer :: i
+
+    work = 0.0_wp
+    do i = 1, size(self%pairs)
+      work = work - 0.5_wp * sum(self%pairs(i)%contact%nodal_load &
+                                 * (self%surface_moved - self%surface_start))
+    end do
+    do i = 1, self%mesh%n_own_node
+      work = work - 0.5_wp * dot_product(self%contact_force(:, i), self%increment(:, i))
+    end do
+
+  end function work_of_change
 
   !> Work of a tool on the bodies: force times translation, torque times turn.
   subroutine add_tool(tool, time_old, force, work)

@@ -66,6 +66,7 @@ contains
       associate (node => self%unknowns%of_node(self%surface%mesh_node(i)))
         self%residual(:n, node) = self%residual(:n, node) + force(:n, i)
       end associate
+      self%contact_force_new(:, self%surface%mesh_node(i)) = force(:n, i)
     end do
 
   end procedure evaluate_pairs

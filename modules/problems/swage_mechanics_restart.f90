@@ -61,6 +61,7 @@ contains
     call snapshot%put('carries', self%carries)
     call self%energies%save(snapshot)
     call snapshot%put('support force', self%support_force, OF_NODES)
+    if (size(self%pairs) > 0) call snapshot%put('contact force', self%contact_force, OF_NODES)
     call snapshot%put('tool force', self%tool_force)
     call snapshot%put('reaction', self%reaction)
     call snapshot%put('load force', self%load_force)
@@ -109,6 +110,9 @@ contains
     call snapshot%get('carries', self%carries, status)
     call self%energies%load(snapshot, status)
     call snapshot%get('support force', self%support_force, status, OF_NODES)
+    if (size(self%pairs) > 0) then
+      call snapshot%get('contact force', self%contact_force, status, OF_NODES)
+    end if
     call snapshot%get('tool force', self%tool_force, status)
     call snapshot%get('reaction', self%reaction, status)
     call snapshot%get('load force', self%load_force, status)

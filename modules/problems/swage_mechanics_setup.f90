@@ -66,6 +66,9 @@ contains
                 m%pressure_before(n_unknown), source=0.0_wp)
       allocate (m%temperature(n_node), source=settings%initial_temperature)
       allocate (m%support_force(n, n_node), source=0.0_wp)
+      if (size(m%pairs) > 0) then
+        allocate (m%contact_force(n, n_node), m%contact_force_new(n, n_node), source=0.0_wp)
+      end if
       allocate (m%residual(n + 1, n_unknown), m%correction(n + 1, n_unknown), &
                 m%base(n + 1, n_unknown), source=0.0_wp)
       allocate (m%tool_force(6, size(m%tools)), m%reaction(3, size(m%boundaries)), &
