@@ -184,12 +184,8 @@ module swage_mechanics
     !> (3, n_node of the surfaces).
     type(shared_surface_t) :: surface
     real(wp), allocatable :: surface_start(:, :), surface_moved(:, :)
-    !> Version of the coupling's pattern that the solver has analysed.
-    integer :: analysed_version = 0
     !> The last tangent had the secants of friction of all conditions.
     logical :: has_secants = .false.
-    !> How often patterns of the matrix have been analysed in this run.
-    integer :: n_analysis = 0
     !> Place in `materials` and `bodies`; shape (n_cell).
     integer, allocatable :: material_of_cell(:), body_of_cell(:)
 
@@ -567,13 +563,6 @@ module swage_mechanics
       !> On every copy; shape of `rest`.
       real(wp), intent(inout) :: load(:, :)
     end subroutine constrain_coupling
-
-    !> Collective. A new solver where the last one has analysed another pattern.
-    module subroutine check_pattern(self, status)
-      implicit none(type, external)
-      class(mechanics_t), intent(inout) :: self
-      type(status_t), intent(inout) :: status
-    end subroutine check_pattern
 
     !> Once an iteration: hold nodes that alternate between contact and none; take the secant of
     !> friction where its tangent leads nowhere.
@@ -959,8 +948,6 @@ contains
       right_hand_side(:self%constraints%n_direction(i), self%constraints%node(i)) = 0.0_wp
     end do
 
-    if (size(self%pairs) > 0) call check_pattern(self, status)
-    if (status%failed()) return
     if (.not. allocated(self%solver)) call create_solver(self, status)
     if (status%failed()) return
     call self%solver%factorise(self%matrix, status)

@@ -289,30 +289,4 @@ contains
 
   end procedure constrain_coupling
 
-  module procedure check_pattern
-
-    class(linear_solver_t), allocatable :: old
-    character(len=:), allocatable :: decisions
-
-    associate (version => self%matrix%coupling%version)
-      if (allocated(self%solver) .and. version /= self%analysed_version) then
-        call move_alloc(self%solver, old)
-        call old%report(decisions)
-        if (self%notes /= '' .and. decisions /= '') self%notes = self%notes//new_line('a')
-        self%notes = self%notes//decisions
-        call old%free()
-        call create_solver(self, status)
-        if (status%failed()) return
-        ! Its counts go on
-        self%solver%n_factorisation = old%n_factorisation
-        self%solver%n_solution = old%n_solution
-        self%solver%n_iteration = old%n_iteration
-        self%solver%times%cpu = self%solver%times%cpu + old%times%cpu
-        self%solver%times%wall = self%solver%times%wall + old%times%wall
-      end if
-      self%analysed_version = version
-    end associate
-
-  end procedure check_pattern
-
 end submodule swage_mechanics_pairs

@@ -5,7 +5,7 @@
 submodule(swage_mechanics) swage_mechanics_restart
   use swage_checksum, only: bytes_of, checksum
   use swage_linear_solver, only: SOLVER_SAVED
-  use swage_snapshot, only: OF_CELLS, OF_NODES, OF_RANK, OF_SOME_NODES, snapshot_create
+  use swage_snapshot, only: OF_CELLS, OF_NODES, OF_SOME_NODES, snapshot_create
   implicit none(type, external)
 
   !> Entry of a snapshot with the further pressures of nodes where materials meet.
@@ -75,7 +75,7 @@ contains
     do i = 1, size(self%tools)
       call self%tools(i)%save(snapshot)
     end do
-    if (size(self%pairs) > 0) call save_pattern(self, snapshot)
+    if (size(self%pairs) > 0) call self%matrix%coupling%save(snapshot)
     if (allocated(self%solver)) call self%solver%save(snapshot)
 
   end procedure mechanics_save
@@ -131,7 +131,8 @@ contains
 
     call self%reject_step()
     if (.not. snapshot%has(SOLVER_SAVED)) return
-    if (size(self%pairs) > 0) call load_pattern(self, snapshot, status)
+    if (size(self%pairs) > 0) call self%matrix%coupling%load(snapshot, status)
+    call self%comm%agree(status)
     if (status%failed()) return
     call create_solver(self, status)
     call self%comm%agree(status)
@@ -265,48 +266,6 @@ contains
     pair%surfaces%thickness = gathered(1, :)
 
   end subroutine load_walls
-
-  !> The factors of a solver that goes on are of the pattern that has grown so far.
-  subroutine save_pattern(self, snapshot)
-    class(mechanics_t), intent(in) :: self
-    type(snapshot_t), intent(inout) :: snapshot
-
-    associate (coupling => self%matrix%coupling)
-      call snapshot%put('coupling ranks', self%comm%size)
-      call snapshot%put('coupling rows', coupling%row_start, OF_RANK)
-      call snapshot%put('coupling columns', coupling%column, OF_RANK)
-    end associate
-
-  end subroutine save_pattern
-
-  !> Collective. With another number of ranks the pattern begins anew, as the factors do.
-  subroutine load_pattern(self, snapshot, status)
-    class(mechanics_t), intent(inout) :: self
-    type(snapshot_t), intent(in) :: snapshot
-    type(status_t), intent(inout) :: status
-
-    integer, allocatable :: columns(:), row_start(:), rows(:)
-    integer :: i, n_rank
-
-    n_rank = 0
-    call snapshot%get('coupling ranks', n_rank, status)
-    call self%comm%agree(status)
-    if (status%failed() .or. n_rank /= self%comm%size) return
-    associate (coupling => self%matrix%coupling)
-      allocate (row_start(coupling%n_node + 1), columns(snapshot%count('coupling columns')))
-      call snapshot%get('coupling rows', row_start, status, OF_RANK)
-      call snapshot%get('coupling columns', columns, status, OF_RANK)
-      call self%comm%agree(status)
-      if (status%failed()) return
-      allocate (rows(size(columns)))
-      do i = 1, coupling%n_node
-        rows(row_start(i):row_start(i + 1) - 1) = i
-      end do
-      call coupling%expect(rows, columns)
-      self%analysed_version = coupling%version
-    end associate
-
-  end subroutine load_pattern
 
   !> `axisymmetric, fixed geometry`.
   pure function kind_text(settings) result(string)

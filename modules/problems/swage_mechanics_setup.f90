@@ -101,9 +101,7 @@ contains
 
   ! Displacements are positive definite, pressures negative; an idle slot is an identity row
     call linear_solver_create(self%settings%linear_solver, self%comm, self%unknowns%halo, &
-                              self%unknowns, self%matrix, int(self%unknowns%n_node_global), &
-                              self%solver, status)
-    self%n_analysis = self%n_analysis + 1
+                              self%unknowns, int(self%unknowns%n_node_global), self%solver, status)
 
   end procedure create_solver
 

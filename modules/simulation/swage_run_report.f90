@@ -158,7 +158,9 @@ contains
       if (mechanics%solver%n_iteration > 0) then
         lines = lines//', '//text(mechanics%solver%n_iteration)//' linear iterations'
       end if
-      if (mechanics%n_analysis > 1) lines = lines//', '//text(mechanics%n_analysis)//' analyses'
+      if (mechanics%solver%n_analysis > 1) then
+        lines = lines//', '//text(mechanics%solver%n_analysis)//' analyses'
+      end if
       lines = lines//LINE_FEED
     end if
     lines = lines//'CPU '//rounded(cpu, 2)//' s: '//phase_text(times%cpu)//LINE_FEED// &

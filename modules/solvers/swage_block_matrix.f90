@@ -62,6 +62,8 @@ module swage_block_matrix
     !> Whether cells clear the rows that are new with them.
     logical, private :: renewing = .false.
   contains
+    !> How often the pattern has grown.
+    procedure :: version => block_matrix_version
     !> Set all values to zero.
     procedure :: clear => block_matrix_clear
     !> Tell the order in which the cells will come.
@@ -218,6 +220,15 @@ contains
     end associate
 
   end subroutine place_split
+
+  pure function block_matrix_version(self) result(version)
+    class(block_matrix_t), intent(in) :: self
+    integer :: version
+
+    version = 0
+    if (allocated(self%coupling)) version = self%coupling%version
+
+  end function block_matrix_version
 
   pure subroutine block_matrix_clear(self)
     class(block_matrix_t), intent(inout) :: self

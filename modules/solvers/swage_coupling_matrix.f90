@@ -3,15 +3,25 @@
 !>
 !> Every rank knows all nodes of the surfaces, and adds blocks between any of them, whoever owns
 !> them; the matrix is the sum over the ranks. Its pattern only grows: contact that comes and goes
-!> between the same nodes leaves the factors' analysis as it is. The pattern of a rank is symmetric.
+!> between the same nodes leaves the factors' analysis as it is. Each block knows with which version
+!> it came, so that factors of an earlier pattern can be made again after a restart. The pattern of
+!> a rank is symmetric.
 module swage_coupling_matrix
   use swage_comm, only: comm_t
   use swage_kinds, only: gp, wp
+  use swage_snapshot, only: OF_RANK, snapshot_t
   use swage_sort, only: sorting_order
+  use swage_status, only: status_t
   implicit none(type, external)
   private
 
   public :: coupling_matrix_t, coupling_matrix_create
+
+  !> Entries of a snapshot.
+  character(len=*), parameter :: SAVED_VERSION = 'coupling: version'
+  character(len=*), parameter :: SAVED_ROWS = 'coupling: rows'
+  character(len=*), parameter :: SAVED_COLUMNS = 'coupling: columns'
+  character(len=*), parameter :: SAVED_SINCE = 'coupling: since'
 
   type :: coupling_matrix_t
     type(comm_t) :: comm
@@ -30,6 +40,8 @@ module swage_coupling_matrix
     integer, allocatable :: row_start(:)
     !> Column of each block, ascending in a row; shape (n_block).
     integer, allocatable :: column(:)
+    !> Version with which each block came; shape (n_block).
+    integer, allocatable :: since(:)
     !> Shape (n_dim, n_dim, n_block), rows first.
     real(wp), allocatable :: values(:, :, :)
     !> Part of `values` that a symmetric factor is to leave out; see [[block_matrix_t]].
@@ -59,6 +71,10 @@ module swage_coupling_matrix
     procedure :: add_diagonal => coupling_matrix_add_diagonal
     !> Collective. Values of the nodes from those of the unknown nodes' owners.
     procedure :: gather => coupling_matrix_gather
+    !> Put the pattern into a snapshot.
+    procedure :: save => coupling_matrix_save
+    !> Take it back; with another partition it begins anew.
+    procedure :: load => coupling_matrix_load
     !> Add values of the nodes, summed over the ranks, to all copies of the unknown nodes.
     procedure, private :: scatter_sum => coupling_matrix_scatter_sum
   end type coupling_matrix_t
@@ -82,7 +98,8 @@ contains
     allocate (matrix%unknown_node, source=unknown_node)
     allocate (matrix%is_own, source=is_own)
     allocate (matrix%row_start(matrix%n_node + 1), source=1)
-    allocate (matrix%column(0), matrix%values(n_dim, n_dim, 0), matrix%unsymmetric(n_dim, n_dim, 0))
+    allocate (matrix%column(0), matrix%since(0))
+    call allocate_values(matrix)
     allocate (matrix%expected_row(0), matrix%expected_column(0), matrix%expected_place(0))
 
   end subroutine coupling_matrix_create
@@ -127,7 +144,8 @@ contains
     integer, intent(in) :: columns(:)
 
     integer(gp), allocatable :: keys(:)
-    integer :: grows, i, n_old, n_pair
+    integer, allocatable :: old_column(:), old_since(:), old_start(:)
+    integer :: grows, i, k, n_old, n_pair
 
     n_pair = size(rows)
     n_old = size(self%column)
@@ -145,8 +163,17 @@ contains
     keys(n_old + 1:n_old + n_pair) = key_of(self%n_node, rows, columns)
     keys(n_old + n_pair + 1:n_old + 2 * n_pair) = key_of(self%n_node, columns, rows)
     keys(n_old + 2 * n_pair + 1:) = [(key_of(self%n_node, i, i), i=1, self%n_node)]
+    call move_alloc(self%column, old_column)
+    call move_alloc(self%since, old_since)
+    allocate (old_start, source=self%row_start)
     call set_pattern(self, keys(sorting_order(keys)))
     self%version = self%version + 1
+    self%since = self%version
+    do i = 1, self%n_node
+      do k = old_start(i), old_start(i + 1) - 1
+        self%since(self%block_at(i, old_column(k))) = old_since(k)
+      end do
+    end do
     call find_expected(self)
 
   end subroutine coupling_matrix_expect
@@ -192,7 +219,7 @@ contains
 
   end function key_of
 
-  !> Rows and columns from sorted keys.
+  !> Rows and columns from sorted keys; those of before have been taken away.
   pure subroutine set_pattern(matrix, keys)
     type(coupling_matrix_t), intent(inout) :: matrix
     !> Ascending; may repeat.
@@ -207,10 +234,8 @@ contains
       if (keys(i) /= last) n = n + 1
       last = keys(i)
     end do
-    deallocate (matrix%column, matrix%values, matrix%unsymmetric)
-    allocate (matrix%column(n))
-    allocate (matrix%values(matrix%n_dim, matrix%n_dim, n), source=0.0_wp)
-    allocate (matrix%unsymmetric(matrix%n_dim, matrix%n_dim, n), source=0.0_wp)
+    allocate (matrix%column(n), matrix%since(n))
+    call allocate_values(matrix)
     matrix%row_start = 0
     n = 0
     last = 0_gp
@@ -228,6 +253,49 @@ contains
     end do
 
   end subroutine set_pattern
+
+  !> Zeros for the blocks that there are.
+  pure subroutine allocate_values(matrix)
+    type(coupling_matrix_t), intent(inout) :: matrix
+
+    integer :: n
+
+    n = size(matrix%column)
+    if (allocated(matrix%values)) deallocate (matrix%values, matrix%unsymmetric)
+    allocate (matrix%values(matrix%n_dim, matrix%n_dim, n), source=0.0_wp)
+    allocate (matrix%unsymmetric(matrix%n_dim, matrix%n_dim, n), source=0.0_wp)
+
+  end subroutine allocate_values
+
+  subroutine coupling_matrix_save(self, snapshot)
+    class(coupling_matrix_t), intent(in) :: self
+    type(snapshot_t), intent(inout) :: snapshot
+
+    if (self%version == 0) return
+    call snapshot%put(SAVED_VERSION, self%version)
+    call snapshot%put(SAVED_ROWS, self%row_start, OF_RANK)
+    call snapshot%put(SAVED_COLUMNS, self%column, OF_RANK)
+    call snapshot%put(SAVED_SINCE, self%since, OF_RANK)
+
+  end subroutine coupling_matrix_save
+
+  !> Values are zero afterwards.
+  subroutine coupling_matrix_load(self, snapshot, status)
+    class(coupling_matrix_t), intent(inout) :: self
+    type(snapshot_t), intent(in) :: snapshot
+    type(status_t), intent(inout) :: status
+
+    if (.not. snapshot%has(SAVED_ROWS)) return
+    deallocate (self%column, self%since)
+    allocate (self%column(snapshot%count(SAVED_COLUMNS)), self%since(snapshot%count(SAVED_SINCE)))
+    call snapshot%get(SAVED_VERSION, self%version, status)
+    call snapshot%get(SAVED_ROWS, self%row_start, status, OF_RANK)
+    call snapshot%get(SAVED_COLUMNS, self%column, status, OF_RANK)
+    call snapshot%get(SAVED_SINCE, self%since, status, OF_RANK)
+    call allocate_values(self)
+    call find_expected(self)
+
+  end subroutine coupling_matrix_load
 
   pure subroutine coupling_matrix_clear(self)
     class(coupling_matrix_t), intent(inout) :: self

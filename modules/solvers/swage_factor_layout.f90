@@ -1,8 +1,9 @@
 !> What the factors of a matrix of unknown nodes need, whatever the matrix: the numbers of the
 !> unknowns, the order of their elimination, and the way of a solution back to the owners.
 !>
-!> The order is METIS nested dissection of the graph of unknown nodes, found once on rank 0; the
-!> slots of a node stay together.
+!> The order is METIS nested dissection of the graph of unknown nodes, found on rank 0, once for
+!> each pattern that is analysed; the slots of a node stay together. Nothing else depends on the
+!> pattern.
 module swage_factor_layout
   use swage_block_matrix, only: block_matrix_t
   use swage_comm, only: comm_t
@@ -39,6 +40,11 @@ module swage_factor_layout
     integer(gp), allocatable :: node_offset(:)
     !> Place of each unknown in the elimination, on rank 0; empty elsewhere.
     integer, allocatable :: order(:)
+    !> Version of the pattern that has this order, -1 before the first.
+    integer, private :: ordered_version = -1
+  contains
+    !> Collective. Order the unknowns for a pattern.
+    procedure, public :: find_order => factor_layout_find_order
   end type factor_layout_t
 
   !> Where the unknowns go that a solver leaves scattered over the ranks. The same for every
@@ -58,15 +64,13 @@ module swage_factor_layout
 
 contains
 
-  !> Collective. Number and order the unknowns.
-  subroutine factor_layout_create(comm, halo, unknowns, matrix, layout, status)
+  !> Number the unknowns.
+  subroutine factor_layout_create(comm, halo, unknowns, layout, status)
     type(comm_t), intent(in) :: comm
     type(halo_t), intent(in) :: halo
     type(unknowns_t), intent(in) :: unknowns
-    !> Its pattern counts, not its values.
-    type(block_matrix_t), intent(in) :: matrix
     type(factor_layout_t), intent(out) :: layout
-    !> `STATUS_ERROR`, the same on all ranks, when there are too many unknowns or METIS fails.
+    !> `STATUS_ERROR`, the same on all ranks, when there are too many unknowns.
     type(status_t), intent(inout) :: status
 
     layout%comm = comm
@@ -83,10 +87,24 @@ contains
       return
     end if
     layout%n_unknown = int(unknowns%n_node_global) * unknowns%n_slot
-    call find_order(comm, unknowns, matrix, layout%order, status)
-    call comm%agree(status)
 
   end subroutine factor_layout_create
+
+  subroutine factor_layout_find_order(self, matrix, version, status)
+    class(factor_layout_t), intent(inout) :: self
+    !> Its pattern counts, not its values.
+    type(block_matrix_t), intent(in) :: matrix
+    !> Of the pattern: the present one or one of before.
+    integer, intent(in) :: version
+    !> `STATUS_ERROR`, the same on all ranks, when METIS fails.
+    type(status_t), intent(inout) :: status
+
+    if (version == self%ordered_version) return
+    call dissect(self, matrix, version, self%order, status)
+    call self%comm%agree(status)
+    if (.not. status%failed()) self%ordered_version = version
+
+  end subroutine factor_layout_find_order
 
   subroutine return_plan_create(self, layout, index)
     class(return_plan_t), intent(inout) :: self
@@ -175,10 +193,10 @@ contains
   end function owner
 
   !> Collective. Nested dissection of the graph of all unknown nodes, on rank 0.
-  subroutine find_order(comm, unknowns, matrix, order, status)
-    type(comm_t), intent(in) :: comm
-    type(unknowns_t), intent(in) :: unknowns
+  subroutine dissect(layout, matrix, version, order, status)
+    class(factor_layout_t), intent(in) :: layout
     type(block_matrix_t), intent(in) :: matrix
+    integer, intent(in) :: version
     !> Place of each unknown in the elimination, on rank 0; empty elsewhere.
     integer, allocatable, intent(out) :: order(:)
     type(status_t), intent(inout) :: status
@@ -193,53 +211,60 @@ contains
     k = 0
     do i = 1, matrix%n_node
       n = int(matrix%row_start(i + 1) - matrix%row_start(i))
-      sent(k + 1) = int(unknowns%node_global(i))
+      sent(k + 1) = int(layout%node_global(i))
       sent(k + 2) = n
-      sent(k + 3:k + 2 + n) = int(unknowns%node_global(matrix%column(matrix%row_start(i): &
-                                                                    matrix%row_start(i + 1) - 1)))
+      sent(k + 3:k + 2 + n) = int(layout%node_global(matrix%column(matrix%row_start(i): &
+                                                                  matrix%row_start(i + 1) - 1)))
       k = k + 2 + n
     end do
-    if (allocated(matrix%coupling)) call list_coupling(matrix%coupling, sent(k + 1:))
-    allocate (to(0:comm%size - 1), from(0:comm%size - 1))
-    to = 0
-    to(0) = size(sent)
-    call comm%exchange(to, from)
-    allocate (rows(sum(from)))
-    call comm%exchange(sent, to, rows, from)
-    if (comm%rank /= 0) then
-      allocate (order(0))
-      return
-    end if
+    if (allocated(matrix%coupling)) call list_coupling(matrix%coupling, version, sent, k)
+    associate (comm => layout%comm)
+      allocate (to(0:comm%size - 1), from(0:comm%size - 1))
+      to = 0
+      to(0) = k
+      call comm%exchange(to, from)
+      allocate (rows(sum(from)))
+      call comm%exchange(sent(:k), to, rows, from)
+      if (comm%rank /= 0) then
+        allocate (order(0))
+        return
+      end if
+    end associate
 
-    n = int(unknowns%n_node_global)
+    n = layout%n_unknown / layout%n_slot
     call build_graph(rows, n, start, neighbour)
-    allocate (node_order(n), order(n * unknowns%n_slot))
+    allocate (node_order(n), order(layout%n_unknown))
     call order_nodes(start, neighbour, node_order, status)
     if (status%failed()) return
     do i = 1, n
-      do c = 1, unknowns%n_slot
-        order(unknowns%n_slot * (i - 1) + c) = unknowns%n_slot * (node_order(i) - 1) + c
+      do c = 1, layout%n_slot
+        order(layout%n_slot * (i - 1) + c) = layout%n_slot * (node_order(i) - 1) + c
       end do
     end do
 
-  end subroutine find_order
+  end subroutine dissect
 
   !> Rows, numbers of columns, and columns, of all ranks.
-  pure subroutine list_coupling(coupling, list)
+  pure subroutine list_coupling(coupling, version, list, n)
     type(coupling_matrix_t), intent(in) :: coupling
-    !> Shape (2 n_node + n_block).
-    integer, intent(out) :: list(:)
+    integer, intent(in) :: version
+    !> Appended to.
+    integer, intent(inout) :: list(:)
+    !> Its numbers so far.
+    integer, intent(inout) :: n
 
-    integer :: i, k, n
+    integer :: i, k, length
 
-    k = 0
     do i = 1, coupling%n_node
-      n = coupling%row_start(i + 1) - coupling%row_start(i)
-      list(k + 1) = int(coupling%node_global(i))
-      list(k + 2) = n
-      list(k + 3:k + 2 + n) = int(coupling%node_global(coupling%column(coupling%row_start(i): &
-                                                         coupling%row_start(i + 1) - 1)))
-      k = k + 2 + n
+      length = n + 1
+      list(length) = int(coupling%node_global(i))
+      n = n + 2
+      do k = coupling%row_start(i), coupling%row_start(i + 1) - 1
+        if (coupling%since(k) > version) cycle
+        n = n + 1
+        list(n) = int(coupling%node_global(coupling%column(k)))
+      end do
+      list(length + 1) = n - length - 1
     end do
 
   end subroutine list_coupling

@@ -2,23 +2,27 @@
 module swage_linear_solver
   use swage_block_matrix, only: block_matrix_t
   use swage_kinds, only: wp
+  use swage_memory, only: peak_memory
   use swage_phase_times, only: phase_times_t
   use swage_snapshot, only: snapshot_t
   use swage_status, only: status_t
+  use swage_text, only: text
   implicit none(type, external)
   private
 
-  public :: linear_solver_t, linear_solver_load, linear_solver_save, SOLVER_SAVED
+  public :: linear_solver_t, linear_solver_load, linear_solver_save, SOLVER_SAVED, analysis_text
 
   !> Entry of a snapshot that says that a solver has saved itself.
   character(len=*), parameter :: SOLVER_SAVED = 'solver'
 
   !> A solver with its factors. Owns handles: call `free`; do not copy. All bindings are collective.
   type, abstract :: linear_solver_t
-    !> Factorisations, solutions and the iterations in them since the start, for reports.
+    !> Factorisations, solutions and the iterations in them, and analyses of patterns, since the
+    !> start, for reports.
     integer :: n_factorisation = 0
     integer :: n_solution = 0
     integer :: n_iteration = 0
+    integer :: n_analysis = 0
     !> Time spent on ordering, factorisation and solution.
     type(phase_times_t) :: times
   contains
@@ -42,7 +46,7 @@ module swage_linear_solver
       import :: block_matrix_t, linear_solver_t, status_t
       implicit none(type, external)
       class(linear_solver_t), intent(inout) :: self
-      !> Constrained rows and columns are those of the identity.
+      !> Constrained rows and columns are those of the identity. Its pattern may have grown.
       type(block_matrix_t), intent(in) :: matrix
       !> `STATUS_RETRY` when the matrix is singular, `STATUS_ERROR` when memory is short.
       type(status_t), intent(inout) :: status
@@ -86,26 +90,42 @@ contains
     class(linear_solver_t), intent(in) :: self
     type(snapshot_t), intent(inout) :: snapshot
 
-    call snapshot%put(SOLVER_SAVED, [self%n_factorisation, self%n_solution, self%n_iteration])
+    call snapshot%put(SOLVER_SAVED, [self%n_factorisation, self%n_solution, self%n_iteration, &
+                                     self%n_analysis])
 
   end subroutine linear_solver_save
 
   subroutine linear_solver_load(self, snapshot, matrix, status)
     class(linear_solver_t), intent(inout) :: self
     type(snapshot_t), intent(in) :: snapshot
-    !> With the pattern of the matrices to come; its values are free for use.
-    type(block_matrix_t), intent(inout) :: matrix
+    !> With the pattern of the matrices to come, as it was saved; its values do not count.
+    type(block_matrix_t), intent(in) :: matrix
     type(status_t), intent(inout) :: status
 
-    integer :: counts(3)
+    integer :: counts(4)
 
-    call matrix%clear()
-    counts = [self%n_factorisation, self%n_solution, self%n_iteration]
+    associate (unused => matrix)
+    end associate
+    counts = [self%n_factorisation, self%n_solution, self%n_iteration, self%n_analysis]
     call snapshot%get(SOLVER_SAVED, counts, status)
     self%n_factorisation = counts(1)
     self%n_solution = counts(2)
     self%n_iteration = counts(3)
+    self%n_analysis = counts(4)
 
   end subroutine linear_solver_load
+
+  !> What the log tells of an analysis.
+  function analysis_text(number, memory) result(line)
+    !> Of analyses so far.
+    integer, intent(in) :: number
+    !> Estimated for the factors on the largest rank [MB].
+    integer, intent(in) :: memory
+    character(len=:), allocatable :: line
+
+    line = 'analysis '//text(number)//': '//text(memory)//' MB estimated on the largest rank; '// &
+      'peak of rank 0 '//text(peak_memory())//' MB'
+
+  end function analysis_text
 
 end module swage_linear_solver

@@ -1,7 +1,6 @@
 !> Names of the linear solvers. A new one is one new file and one line in `registry`.
 module swage_linear_solver_registry
   use swage_blas_memory, only: claim_blas_memory
-  use swage_block_matrix, only: block_matrix_t
   use swage_comm, only: comm_t
   use swage_halo, only: halo_t
   use swage_linear_solver, only: linear_solver_t
@@ -18,21 +17,19 @@ module swage_linear_solver_registry
   integer, parameter :: LINEAR_SOLVER_NAME_LENGTH = 32
 
   abstract interface
-    !> Collective. Prepare a solver for matrices of a pattern.
-    subroutine create_solver(comm, halo, unknowns, matrix, n_negative, solver, status)
-      import :: block_matrix_t, comm_t, halo_t, linear_solver_t, status_t, unknowns_t
+    !> Prepare a solver for matrices of some unknowns, whatever their pattern.
+    subroutine create_solver(comm, halo, unknowns, n_negative, solver, status)
+      import :: comm_t, halo_t, linear_solver_t, status_t, unknowns_t
       implicit none(type, external)
       type(comm_t), intent(in) :: comm
       !> Exchange of the unknown nodes between ranks.
       type(halo_t), intent(in) :: halo
       type(unknowns_t), intent(in) :: unknowns
-      !> Its pattern counts, not its values.
-      type(block_matrix_t), intent(in) :: matrix
       !> Unknowns of all ranks with a negative definite block, when the symmetric part of the matrix
       !> is quasi-definite: factors then need no pivoting. Negative when nothing is known.
       integer, intent(in) :: n_negative
       class(linear_solver_t), allocatable, intent(out) :: solver
-      !> `STATUS_ERROR`, the same on all ranks, when the analysis of the pattern fails.
+      !> `STATUS_ERROR`, the same on all ranks, when there are too many unknowns.
       type(status_t), intent(inout) :: status
     end subroutine create_solver
   end interface
@@ -70,13 +67,12 @@ contains
   end function linear_solver_names
 
   !> Collective. Make the solver of a name; see `create_solver`.
-  subroutine linear_solver_create(name, comm, halo, unknowns, matrix, n_negative, solver, status)
+  subroutine linear_solver_create(name, comm, halo, unknowns, n_negative, solver, status)
     !> One of [[linear_solver_names]].
     character(len=*), intent(in) :: name
     type(comm_t), intent(in) :: comm
     type(halo_t), intent(in) :: halo
     type(unknowns_t), intent(in) :: unknowns
-    type(block_matrix_t), intent(in) :: matrix
     integer, intent(in) :: n_negative
     !> Allocated unless `status` failed.
     class(linear_solver_t), allocatable, intent(out) :: solver
@@ -91,7 +87,7 @@ contains
     allocate (entries, source=registry())
     do i = 1, size(entries)
       if (entries(i)%name /= name) cycle
-      call entries(i)%make(comm, halo, unknowns, matrix, n_negative, solver, status)
+      call entries(i)%make(comm, halo, unknowns, n_negative, solver, status)
       return
     end do
 

@@ -1,13 +1,12 @@
 !> Direct solution with MUMPS in double precision, the reference among the strategies: the matrix
-!> of each iteration is factorised.
+!> of each iteration is factorised, and its pattern analysed when it has grown.
 module swage_mumps
   use swage_block_matrix, only: block_matrix_t
   use swage_comm, only: comm_t
   use swage_factor_layout, only: factor_layout_create, factor_layout_t, UNSYMMETRIC
   use swage_halo, only: halo_t
   use swage_kinds, only: wp
-  use swage_linear_solver, only: linear_solver_t
-  use swage_memory, only: peak_memory
+  use swage_linear_solver, only: analysis_text, linear_solver_t
   use swage_mumps_double, only: mumps_factor_t
   use swage_phase_times, only: PHASE_FACTORISATION, PHASE_ORDERING, PHASE_SOLUTION
   use swage_status, only: status_t
@@ -28,22 +27,21 @@ module swage_mumps
     procedure, public :: solve => mumps_solve
     procedure, public :: report => mumps_report
     procedure, public :: free => mumps_free
+    procedure, private :: analyse => mumps_analyse
   end type mumps_solver_t
 
 contains
 
-  !> Collective. Order the unknowns and analyse the pattern of `matrix`.
-  subroutine mumps_solver_create(comm, halo, unknowns, matrix, n_negative, solver, status)
+  !> Number the unknowns.
+  subroutine mumps_solver_create(comm, halo, unknowns, n_negative, solver, status)
     type(comm_t), intent(in) :: comm
     !> Exchange of the unknown nodes between ranks.
     type(halo_t), intent(in) :: halo
     type(unknowns_t), intent(in) :: unknowns
-    !> Its pattern counts, not its values.
-    type(block_matrix_t), intent(in) :: matrix
     !> Of no use to factors that pivot.
     integer, intent(in) :: n_negative
     class(linear_solver_t), allocatable, intent(out) :: solver
-    !> `STATUS_ERROR`, the same on all ranks, when the analysis fails.
+    !> `STATUS_ERROR`, the same on all ranks, when there are too many unknowns.
     type(status_t), intent(inout) :: status
 
     type(mumps_solver_t), allocatable :: mumps
@@ -51,16 +49,10 @@ contains
     associate (unused => n_negative)
     end associate
     allocate (mumps)
-    call mumps%times%begin(PHASE_ORDERING)
-    call factor_layout_create(comm, halo, unknowns, matrix, mumps%layout, status)
+    call factor_layout_create(comm, halo, unknowns, mumps%layout, status)
     if (status%failed()) return
-    call mumps%factor%create(mumps%layout, matrix, UNSYMMETRIC, 0.0_wp, status)
-    call comm%agree(status)
-    if (status%failed()) return
-    call mumps%times%end(PHASE_ORDERING)
     mumps%decisions = 'linear solver: MUMPS, '//text(mumps%layout%n_unknown)// &
-      ' unknowns, METIS ordering, '//text(mumps%factor%get_memory())// &
-      ' MB estimated on the largest rank; peak of rank 0 '//text(peak_memory())//' MB'
+      ' unknowns, METIS ordering'
     call move_alloc(mumps, solver)
 
   end subroutine mumps_solver_create
@@ -70,12 +62,31 @@ contains
     type(block_matrix_t), intent(in) :: matrix
     type(status_t), intent(inout) :: status
 
+    if (.not. self%factor%fits(matrix)) call self%analyse(matrix, status)
+    if (status%failed()) return
     call self%times%begin(PHASE_FACTORISATION)
     call self%factor%factorise(self%layout, matrix, status)
     call self%times%end(PHASE_FACTORISATION)
     if (.not. status%failed()) self%n_factorisation = self%n_factorisation + 1
 
   end subroutine mumps_factorise
+
+  !> Collective. Order the unknowns and analyse the pattern.
+  subroutine mumps_analyse(self, matrix, status)
+    class(mumps_solver_t), intent(inout) :: self
+    type(block_matrix_t), intent(in) :: matrix
+    type(status_t), intent(inout) :: status
+
+    call self%times%begin(PHASE_ORDERING)
+    call self%factor%create(self%layout, matrix, matrix%version(), UNSYMMETRIC, 0.0_wp, status)
+    call self%times%end(PHASE_ORDERING)
+    if (status%failed()) return
+    self%n_analysis = self%n_analysis + 1
+    if (self%decisions /= '') self%decisions = self%decisions//new_line('a')
+    self%decisions = self%decisions//'linear solver: '// &
+      analysis_text(self%n_analysis, self%factor%get_memory())
+
+  end subroutine mumps_analyse
 
   subroutine mumps_solve(self, matrix, right_hand_side, weight, tolerance, solution, status)
     class(mumps_solver_t), intent(inout) :: self

@@ -2,10 +2,12 @@
 !> double precision.
 !>
 !> The factors are those of the symmetric part of a matrix, without what is listed as unsymmetric;
-!> the product is that of the whole matrix. A new matrix is factorised when the iterations that the
-!> age of the factors has cost are worth a factorisation; costs are counted, not timed, so that a
-!> run repeats itself. When GMRES does not get on with old factors the matrix is factorised; when it
-!> does not get on with fresh ones, MUMPS in double precision solves, for a while.
+!> the product is that of the whole matrix. They serve on when the pattern of the matrix grows, for
+!> it is analysed only when a matrix with another pattern is factorised. A new matrix is factorised
+!> when the iterations that the age of the factors has cost are worth a factorisation; costs are
+!> counted, not timed, so that a run repeats itself. When GMRES does not get on with old factors the
+!> matrix is factorised; when it does not get on with fresh ones, MUMPS in double precision solves,
+!> for a while.
 module swage_mumps_lagged
   use swage_block_matrix, only: block_matrix_t
   use swage_comm, only: comm_t
@@ -14,8 +16,8 @@ module swage_mumps_lagged
   use swage_gmres, only: gmres_report_t, gmres_system_t, gmres_t
   use swage_halo, only: halo_t
   use swage_kinds, only: wp
-  use swage_linear_solver, only: linear_solver_load, linear_solver_save, linear_solver_t
-  use swage_memory, only: peak_memory
+  use swage_linear_solver, only: analysis_text, linear_solver_load, linear_solver_save, &
+                                 linear_solver_t
   use swage_mumps_double, only: double_factor_t => mumps_factor_t
   use swage_mumps_single, only: single_factor_t => mumps_factor_t
   use swage_number, only: number_text
@@ -71,6 +73,8 @@ module swage_mumps_lagged
     type(gmres_t) :: gmres
     !> Negative pivots of a quasi-definite matrix; none is expected when negative.
     integer :: n_negative = -1
+    !> `WITHOUT_PIVOTING` or `SYMMETRIC`.
+    integer :: kind = SYMMETRIC
     real(wp) :: low_rank = 0.0_wp
     !> Costs, in entries read: of a factorisation, and of an iteration.
     real(wp) :: cost_of_factors = 0.0_wp
@@ -95,6 +99,7 @@ module swage_mumps_lagged
     procedure, public :: save => lagged_save
     procedure, public :: load => lagged_load
     procedure, public :: free => lagged_free
+    procedure, private :: analyse => lagged_analyse
     procedure, private :: renew => lagged_renew
     procedure, private :: iterate => lagged_iterate
     procedure, private :: factorise_directly => lagged_factorise_directly
@@ -103,19 +108,17 @@ module swage_mumps_lagged
 
 contains
 
-  !> Collective. Order the unknowns and analyse the pattern of `matrix`.
-  subroutine lagged_solver_create(comm, halo, unknowns, matrix, n_negative, solver, status)
+  !> Number the unknowns.
+  subroutine lagged_solver_create(comm, halo, unknowns, n_negative, solver, status)
     type(comm_t), intent(in) :: comm
     !> Exchange of the unknown nodes between ranks.
     type(halo_t), intent(in) :: halo
     type(unknowns_t), intent(in) :: unknowns
-    !> Its pattern counts, not its values.
-    type(block_matrix_t), intent(in) :: matrix
     !> Unknowns of all ranks with a negative definite block, when the symmetric part of the matrix
     !> is quasi-definite: factors then need no pivoting. Negative when nothing is known.
     integer, intent(in) :: n_negative
     class(linear_solver_t), allocatable, intent(out) :: solver
-    !> `STATUS_ERROR`, the same on all ranks, when the analysis fails.
+    !> `STATUS_ERROR`, the same on all ranks, when there are too many unknowns.
     type(status_t), intent(inout) :: status
 
     type(lagged_solver_t), allocatable :: lagged
@@ -123,23 +126,15 @@ contains
     allocate (lagged)
     lagged%decisions = ''
     lagged%n_negative = n_negative
-    call lagged%times%begin(PHASE_ORDERING)
+    lagged%kind = merge(WITHOUT_PIVOTING, SYMMETRIC, n_negative >= 0)
     lagged%low_rank = merge(LOW_RANK, 0.0_wp, unknowns%n_node_global >= LOW_RANK_NODES)
     associate (system => lagged%system)
-      call factor_layout_create(comm, halo, unknowns, matrix, system%layout, status)
+      call factor_layout_create(comm, halo, unknowns, system%layout, status)
       if (status%failed()) return
       allocate (system%before(unknowns%n_slot, unknowns%n_node), &
                 system%after(unknowns%n_slot, unknowns%n_node), source=0.0_wp)
-      call system%factor%create(system%layout, matrix, &
-                                merge(WITHOUT_PIVOTING, SYMMETRIC, n_negative >= 0), &
-                                lagged%low_rank, status)
-      call comm%agree(status)
-      call lagged%times%end(PHASE_ORDERING)
-      if (status%failed()) return
       call note(lagged, 'MUMPS in single precision, kept factors, '// &
-                text(system%layout%n_unknown)//' unknowns, METIS ordering, '// &
-                text(system%factor%get_memory())//' MB estimated on the largest rank; peak of '// &
-                'rank 0 '//text(peak_memory())//' MB')
+                text(system%layout%n_unknown)//' unknowns, METIS ordering')
     end associate
     call move_alloc(lagged, solver)
 
@@ -160,6 +155,21 @@ contains
 
   end subroutine lagged_factorise
 
+  !> Collective. Order the unknowns and analyse a pattern.
+  subroutine lagged_analyse(self, matrix, version, status)
+    class(lagged_solver_t), intent(inout) :: self
+    type(block_matrix_t), intent(in) :: matrix
+    !> Of the pattern: the present one or one of before.
+    integer, intent(in) :: version
+    type(status_t), intent(inout) :: status
+
+    call self%times%begin(PHASE_ORDERING)
+    call self%system%factor%create(self%system%layout, matrix, version, self%kind, self%low_rank, &
+                                   status)
+    call self%times%end(PHASE_ORDERING)
+
+  end subroutine lagged_analyse
+
   !> Factorise anew, and start to count.
   subroutine lagged_renew(self, matrix, status)
     class(lagged_solver_t), intent(inout) :: self
@@ -168,21 +178,26 @@ contains
 
     real(wp) :: entries, operations
 
-    call self%times%begin(PHASE_FACTORISATION)
+    ! Where this fails there are no factors to go on with
+    self%is_due = .true.
     associate (factor => self%system%factor, layout => self%system%layout)
-      call factor%factorise(layout, matrix, status)
+      if (.not. factor%fits(matrix)) then
+        call self%analyse(matrix, matrix%version(), status)
+        if (status%failed()) return
+        self%n_analysis = self%n_analysis + 1
+        call note(self, analysis_text(self%n_analysis, factor%get_memory()))
+      end if
+      call factorise_single(self, matrix, status)
       if (status%failed()) return
-      self%n_factorisation = self%n_factorisation + 1
-      if (self%n_negative >= 0 .and. factor%kind == WITHOUT_PIVOTING .and. &
+      if (self%n_negative >= 0 .and. self%kind == WITHOUT_PIVOTING .and. &
           self%low_rank <= 0.0_wp .and. factor%get_n_negative() /= self%n_negative) then
         call note(self, text(factor%get_n_negative())//' negative pivots in place of '// &
                   text(self%n_negative)//': factors with pivoting from now on')
-        call factor%create(layout, matrix, SYMMETRIC, self%low_rank, status)
-        call layout%comm%agree(status)
+        self%kind = SYMMETRIC
+        call self%analyse(matrix, matrix%version(), status)
         if (status%failed()) return
-        call factor%factorise(layout, matrix, status)
+        call factorise_single(self, matrix, status)
         if (status%failed()) return
-        self%n_factorisation = self%n_factorisation + 1
       end if
       call factor%get_cost(operations, entries)
       call note(self, 'factorisation '//text(self%n_factorisation)//' after '// &
@@ -193,7 +208,6 @@ contains
       self%cost_of_factors = READS_PER_ENTRY * entries + operations / OPERATIONS_PER_READ
       self%cost_of_iteration = entries + count_entries(layout%comm, matrix)
     end associate
-    call self%times%end(PHASE_FACTORISATION)
     self%rate = huge(1.0_wp)
     self%excess = 0.0_wp
     self%n_solution_since = 0
@@ -202,6 +216,19 @@ contains
     self%is_fresh = .true.
 
   end subroutine lagged_renew
+
+  !> Factors of the pattern analysed.
+  subroutine factorise_single(solver, matrix, status)
+    type(lagged_solver_t), intent(inout) :: solver
+    type(block_matrix_t), intent(in) :: matrix
+    type(status_t), intent(inout) :: status
+
+    call solver%times%begin(PHASE_FACTORISATION)
+    call solver%system%factor%factorise(solver%system%layout, matrix, status)
+    call solver%times%end(PHASE_FACTORISATION)
+    if (.not. status%failed()) solver%n_factorisation = solver%n_factorisation + 1
+
+  end subroutine factorise_single
 
   !> Collective. Entries of a matrix on all ranks.
   function count_entries(comm, matrix) result(entries)
@@ -335,12 +362,15 @@ contains
     type(block_matrix_t), intent(in) :: matrix
     type(status_t), intent(inout) :: status
 
-    call self%times%begin(PHASE_FACTORISATION)
-    if (.not. self%direct%is_created()) then
-      call self%direct%create(self%system%layout, matrix, UNSYMMETRIC, 0.0_wp, status)
-      call self%system%layout%comm%agree(status)
+    if (.not. self%direct%fits(matrix)) then
+      call self%times%begin(PHASE_ORDERING)
+      call self%direct%create(self%system%layout, matrix, matrix%version(), UNSYMMETRIC, 0.0_wp, &
+                              status)
+      call self%times%end(PHASE_ORDERING)
       if (status%failed()) return
+      self%n_analysis = self%n_analysis + 1
     end if
+    call self%times%begin(PHASE_FACTORISATION)
     call self%direct%factorise(self%system%layout, matrix, status)
     call self%times%end(PHASE_FACTORISATION)
     self%n_factorisation = self%n_factorisation + 1
@@ -362,7 +392,8 @@ contains
 
   end subroutine lagged_report
 
-  !> The factors as the matrix that they are of, unless the next one will be factorised anyway.
+  !> The factors as the matrix that they are of, which may have an earlier pattern, unless the next
+  !> one will be factorised anyway.
   subroutine lagged_save(self, snapshot)
     class(lagged_solver_t), intent(in) :: self
     type(snapshot_t), intent(inout) :: snapshot
@@ -371,7 +402,7 @@ contains
 
     call linear_solver_save(self, snapshot)
     call snapshot%put('solver: counts', [self%n_solution_since, self%n_iteration_since, &
-                                         self%n_direct, self%system%factor%kind])
+                                         self%n_direct, self%kind, self%system%factor%version])
     call snapshot%put('solver: costs', [self%cost_of_factors, self%cost_of_iteration, self%rate, &
                                         self%excess])
     call snapshot%put('solver: is due', self%is_due)
@@ -382,16 +413,16 @@ contains
 
   end subroutine lagged_save
 
-  !> With another number of ranks the next matrix is factorised.
+  !> With another partition the next matrix is factorised.
   subroutine lagged_load(self, snapshot, matrix, status)
     class(lagged_solver_t), intent(inout) :: self
     type(snapshot_t), intent(in) :: snapshot
-    type(block_matrix_t), intent(inout) :: matrix
+    type(block_matrix_t), intent(in) :: matrix
     type(status_t), intent(inout) :: status
 
     real(wp), allocatable :: scale(:, :), values(:)
     real(wp) :: costs(4)
-    integer :: counts(4), lost
+    integer :: counts(5), lost
 
     call linear_solver_load(self, snapshot, matrix, status)
     counts = 0
@@ -404,18 +435,17 @@ contains
     self%n_solution_since = counts(1)
     self%n_iteration_since = counts(2)
     self%n_direct = counts(3)
+    self%kind = counts(4)
     self%cost_of_factors = costs(1)
     self%cost_of_iteration = costs(2)
     self%rate = costs(3)
     self%excess = costs(4)
 
+    self%is_due = self%is_due .or. .not. snapshot%has(SAVED_VALUES)
+    if (self%is_due) return
     associate (factor => self%system%factor, layout => self%system%layout)
-      if (counts(4) /= factor%kind) then
-        call factor%create(layout, matrix, counts(4), self%low_rank, status)
-        call layout%comm%agree(status)
-        if (status%failed()) return
-      end if
-      if (self%is_due) return
+      call self%analyse(matrix, counts(5), status)
+      if (status%failed()) return
       call factor%get_matrix(values, scale)
       lost = 0
       if (snapshot%count(SAVED_VALUES) /= size(values) &

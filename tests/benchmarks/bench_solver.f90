@@ -157,9 +157,9 @@ contains
     real(wp) :: start
 
     associate (problem => simulation%mechanics)
-      call factor_layout_create(comm, problem%unknowns%halo, problem%unknowns, problem%matrix, &
-                                layout, status)
-      call factor%create(layout, problem%matrix, UNSYMMETRIC, 0.0_wp, status)
+      call factor_layout_create(comm, problem%unknowns%halo, problem%unknowns, layout, status)
+      call factor%create(layout, problem%matrix, problem%matrix%version(), UNSYMMETRIC, 0.0_wp, &
+                         status)
       start = seconds()
       call factor%factorise(layout, problem%matrix, status)
       row(1) = seconds() - start
@@ -187,9 +187,8 @@ contains
     integer :: i
 
     associate (problem => simulation%mechanics)
-      call factor_layout_create(comm, problem%unknowns%halo, problem%unknowns, problem%matrix, &
-                                layout, status)
-      call factor%create(layout, problem%matrix, WITHOUT_PIVOTING, &
+      call factor_layout_create(comm, problem%unknowns%halo, problem%unknowns, layout, status)
+      call factor%create(layout, problem%matrix, problem%matrix%version(), WITHOUT_PIVOTING, &
                          merge(LOW_RANK, 0.0_wp, problem%matrix%n_node >= LOW_RANK_NODES), status)
       start = seconds()
       call factor%factorise(layout, problem%matrix, status)

@@ -34,6 +34,8 @@ module swage_test_systems
     procedure :: fill => system_fill
     !> Collective. Couple the first nodes of the mesh with the last ones, after `fill`.
     procedure :: couple => system_couple
+    !> Collective. Make them ready to be coupled.
+    procedure :: start_coupling => system_start_coupling
     !> Collective. The whole matrix anew, after a change of the values.
     procedure :: make_dense => system_make_dense
     !> A vector of the whole mesh, on the local nodes.
@@ -222,43 +224,33 @@ contains
   end subroutine random_cell
 
   !> Springs between nodes of opposite sides, each added by the rank whose turn it is, and what is
-  !> unsymmetric like friction.
-  subroutine system_couple(self, n_pair, stiffness, friction)
+  !> unsymmetric like friction. Where there are springs already they become more.
+  subroutine system_couple(self, n_pair, stiffness, friction, n_linked)
     class(system_t), intent(inout) :: self
-    !> Nodes on each side; node i of one side gets springs to nodes i and i + 1 of the other.
+    !> Nodes on each side, the same every time; node i of one side gets springs to nodes i and i + 1
+    !> of the other.
     integer, intent(in) :: n_pair
     real(wp), intent(in) :: stiffness
     !> Unsymmetric part by the stiffness [1].
     real(wp), intent(in) :: friction
+    !> Nodes of each side that get springs; all when absent.
+    integer, intent(in), optional :: n_linked
 
-    integer(gp), allocatable :: node_global(:)
-    integer, allocatable :: columns(:), rows(:), unknown_node(:), whole(:)
-    logical, allocatable :: is_own(:)
+    integer, allocatable :: columns(:), rows(:)
     real(wp) :: block(3, 3), column(3, 3)
     integer :: i, j, n, pass
 
-    n = int(self%unknowns%n_node_global)
-    allocate (whole, source=[(i, i=1, n_pair), (n - n_pair + i, i=1, n_pair)])
-    allocate (unknown_node(2 * n_pair), is_own(2 * n_pair))
-    allocate (node_global(2 * n_pair), source=0_gp)
-    do i = 1, size(whole)
-      unknown_node(i) = findloc(self%whole, whole(i), dim=1)
-      is_own(i) = unknown_node(i) > 0 .and. unknown_node(i) <= self%unknowns%n_own_node
-      if (is_own(i)) node_global(i) = self%unknowns%node_global(unknown_node(i))
-    end do
-    call self%comm%sum(node_global)
-    allocate (self%coupled, source=whole)
-    allocate (self%matrix%coupling)
+    n = n_pair
+    if (present(n_linked)) n = n_linked
+    if (.not. allocated(self%matrix%coupling)) call self%start_coupling(n_pair)
     associate (coupling => self%matrix%coupling)
-      call coupling_matrix_create(self%comm, self%unknowns%n_slot - 1, node_global, unknown_node, &
-                                  is_own, coupling)
       ! Where friction points, and what it follows
       column = 0.0_wp
       column(1, 2) = friction * stiffness
       do pass = 1, 2
         allocate (rows(0), columns(0))
-        do i = 1, n_pair
-          do j = i, min(i + 1, n_pair)
+        do i = 1, n
+          do j = i, min(i + 1, n)
             if (modulo(i + j, self%comm%size) /= self%comm%rank) cycle
             if (pass == 1) then
               rows = [rows, i]
@@ -281,6 +273,34 @@ contains
     call self%make_dense()
 
   end subroutine system_couple
+
+  !> Collective. No springs yet.
+  subroutine system_start_coupling(self, n_pair)
+    class(system_t), intent(inout) :: self
+    !> Nodes on each side.
+    integer, intent(in) :: n_pair
+
+    integer(gp), allocatable :: node_global(:)
+    integer, allocatable :: unknown_node(:), whole(:)
+    logical, allocatable :: is_own(:)
+    integer :: i, n
+
+    n = int(self%unknowns%n_node_global)
+    allocate (whole, source=[(i, i=1, n_pair), (n - n_pair + i, i=1, n_pair)])
+    allocate (unknown_node(2 * n_pair), is_own(2 * n_pair))
+    allocate (node_global(2 * n_pair), source=0_gp)
+    do i = 1, size(whole)
+      unknown_node(i) = findloc(self%whole, whole(i), dim=1)
+      is_own(i) = unknown_node(i) > 0 .and. unknown_node(i) <= self%unknowns%n_own_node
+      if (is_own(i)) node_global(i) = self%unknowns%node_global(unknown_node(i))
+    end do
+    call self%comm%sum(node_global)
+    allocate (self%coupled, source=whole)
+    allocate (self%matrix%coupling)
+    call coupling_matrix_create(self%comm, self%unknowns%n_slot - 1, node_global, unknown_node, &
+                                is_own, self%matrix%coupling)
+
+  end subroutine system_start_coupling
 
   subroutine system_make_dense(self)
     class(system_t), intent(inout) :: self
