@@ -15,6 +15,7 @@ and node to surface (N2S); Kratos 10.4.4 was measured apart.
 """
 import calculix
 import swage_mesh_writer
+import swage_peer_works
 
 RADIUS, HALF_HEIGHT = 10.0, 15.0
 # Cell sizes for about 2, 10 and 30 thousand nodes
@@ -44,40 +45,10 @@ DRIVEN = {
 &contact name = 'press', slave = 'billet', master = 'press', friction = 'dry' /"""}
 COLUMN = {'W1': 'reaction_press_z', 'W2': 'force_press_z'}
 
-# W3: cells of the tool, linear and quadratic; the way of the press by the half height.
-TOOL_CELL, QUADRATIC_TOOL_CELL, STROKE = 1.25, 2.5, 3.0
-TOOL_CASE = """&job units = 'mm-tonne-s', dimension = '3d' /
-&mesh file = '{mesh}.msh' /
-&body name = 'billet', material = 'steel', group = 'BILLET' /
-&body name = 'tool', material = 'tool_steel', group = 'TOOL' /
-&material name = 'steel', law = 'j2', young = 200000, poisson = 0.3, flow_stress = 'steel' /
-&flow_stress name = 'steel', kind = 'linear', yield_stress = 200, hardening_modulus = 300 /
-&material name = 'tool_steel', law = 'elastic', young = 210000, poisson = 0.3 /
-&boundary name = 'x', kind = 'symmetry', group = 'XMIN' /
-&boundary name = 'y', kind = 'symmetry', group = 'YMIN' /
-&boundary name = 'z', kind = 'symmetry', group = 'BOTTOM' /
-&boundary name = 'press', kind = 'velocity', group = 'TOOL_TOP', velocity = 0, 0, -{stroke} /
-&friction name = 'dry', kind = 'coulomb', coefficient = 0.2 /
-&contact name = 'face', slave = 'SKIN', master = 'TOOL_FACE', friction = 'dry' {keys} /
-&step duration = 1, increments = {increments} /
-&output every = 20 /
-"""
+# W3: cells of the tool, linear and quadratic.
+TOOL_CELL, QUADRATIC_TOOL_CELL = 1.25, 2.5
 PEER_CONTACT = {'SURFACE TO SURFACE': 'S2S', 'NODE TO SURFACE': 'N2S'}
 FORMULATIONS = {'l2': '', 'nodal': "formulation = 'master_slave'"}
-
-CUBES = """&job units = 'mm-tonne-s', dimension = '3d' /
-&mesh file = 'cubes.msh' /
-&body name = 'lower', material = 'steel', group = 'LOWER' /
-&body name = 'upper', material = 'steel', group = 'UPPER' /
-&material name = 'steel', law = 'elastic', young = 210000, poisson = 0.3 /
-&boundary name = 'x', kind = 'symmetry', group = 'XMIN' /
-&boundary name = 'y', kind = 'symmetry', group = 'YMIN' /
-&boundary name = 'z', kind = 'symmetry', group = 'BOTTOM' /
-&boundary name = 'load', kind = 'pressure', group = 'TOP', pressure = 100 /
-&contact name = 'middle', slave = 'UPPER_FACE', master = 'LOWER_FACE' {keys} /
-&step duration = 1, increments = 1 /
-&output double_precision = .true., fields = 'stress' /
-"""
 
 
 def run(context):
@@ -136,7 +107,7 @@ def elastic_tool(context, meshes, with_peer):
     if with_peer:
         mesh = make_tool(context, QUADRATIC['2k'], QUADRATIC_TOOL_CELL, 2, 'tool_2k_C3D10')
         for kind in PEER_CONTACT:
-            text = calculix.deck_of_tool(mesh, STROKE, 20, kind)
+            text = calculix.deck_of_tool(mesh, swage_peer_works.STROKE, 20, kind)
             done = calculix.run(context.folder, f'tool_{kind[:4].lower()}', text, SECONDS)
             row = result(done['forces'], done['iterations'], done['cuts'], done['cpu'])
             context.line('W3', f'CalculiX {PEER_CONTACT[kind]}', '2k', len(mesh.nodes),
@@ -156,27 +127,26 @@ def elastic_tool(context, meshes, with_peer):
 
 
 def make_tool(context, size, tool_size, order, name):
-    geometry = swage_mesh_writer.billet_and_tool_geometry(size, tool_size)
+    geometry = swage_peer_works.tool_geometry(size, tool_size)
     geometry += f'Mesh.ElementOrder = {order};\nMesh.SecondOrderLinear = 1;\n'
     return calculix.Mesh(context.make_mesh(geometry, 3, name, version='2.2'))
 
 
 def run_tool(context, mesh, formulation, increments):
     """Of the 20 increments so many."""
-    text = TOOL_CASE.format(mesh=mesh, keys=FORMULATIONS[formulation], increments=increments,
-                            stroke=STROKE * increments / 20)
+    text = swage_peer_works.tool_case(mesh, swage_peer_works.STROKE * increments / 20, increments,
+                                      contact=FORMULATIONS[formulation], more='&output every = 20 /')
     return context.run_swage(text, name=f'{mesh}_{formulation}', ranks=1, timeout=SECONDS)
 
 
 def patch(context, with_peer):
     """W4: the largest error of the stress."""
     context.title('work', 'contact', 'largest error of the stress')
-    geometry = swage_mesh_writer.cubes_geometry(3.3, 2.3)
+    geometry = swage_peer_works.cubes_geometry(3.3, 2.3)
     mesh = calculix.Mesh(context.make_mesh(geometry, 3, 'cubes', version='2.2'))
     for name, keys in FORMULATIONS.items():
-        done = context.run_swage(CUBES.format(keys=keys), name=f'cubes_{name}')
-        stress = done.results().step(-1).cell_fields['stress']
-        context.line('W4', f'Swage {name}', float(abs(stress[:, 2] + 100).max()) / 100)
+        done = context.run_swage(swage_peer_works.cubes_case(keys), name=f'cubes_{name}')
+        context.line('W4', f'Swage {name}', swage_peer_works.error_of_cubes(done))
     if with_peer:
         for kind in PEER_CONTACT:
             name = f'cubes_{kind[:4].lower()}'

@@ -11,7 +11,7 @@ makes of it node to surface, and Kratos by its mortar method, stands in the rows
 import math
 import re
 
-import swage_mesh_writer
+import swage_peer_works
 
 # Force on the whole billet [kN] by the way of the press over 15 mm; CPU seconds of CalculiX.
 FORCE = {0.08: 79.25, 0.16: 97.87, 0.2: 108.95}
@@ -20,37 +20,7 @@ SECONDS = 50.4
 MESHES = {0.89: 2, 0.4866: 10}
 TOOL_CELL = 1.25
 
-CASE = """&job units = 'mm-tonne-s', dimension = '3d' /
-&mesh file = '{mesh}.msh' /
-&body name = 'billet', material = 'steel', group = 'BILLET' /
-&body name = 'tool', material = 'tool_steel', group = 'TOOL' /
-&material name = 'steel', law = 'j2', young = 200000, poisson = 0.3, flow_stress = 'steel' /
-&flow_stress name = 'steel', kind = 'linear', yield_stress = 200, hardening_modulus = 300 /
-&material name = 'tool_steel', law = 'elastic', young = 210000, poisson = 0.3 /
-&boundary name = 'x', kind = 'symmetry', group = 'XMIN' /
-&boundary name = 'y', kind = 'symmetry', group = 'YMIN' /
-&boundary name = 'z', kind = 'symmetry', group = 'BOTTOM' /
-&boundary name = 'press', kind = 'velocity', group = 'TOOL_TOP', velocity = 0, 0, -3 /
-&friction name = 'dry', kind = 'coulomb', coefficient = 0.2 /
-&contact name = 'face', slave = 'SKIN', master = 'TOOL_FACE', friction = 'dry' {keys} /
-&step duration = 1, increments = 20 /
-&output every = 20 /
-"""
-
-CUBES = """&job units = 'mm-tonne-s', dimension = '3d' /
-&mesh file = 'cubes.msh' /
-&body name = 'lower', material = 'steel', group = 'LOWER' /
-&body name = 'upper', material = 'steel', group = 'UPPER' /
-&material name = 'steel', law = 'elastic', young = 210000, poisson = 0.3 /
-&boundary name = 'x', kind = 'symmetry', group = 'XMIN' /
-&boundary name = 'y', kind = 'symmetry', group = 'YMIN' /
-&boundary name = 'z', kind = 'symmetry', group = 'BOTTOM' /
-&boundary name = 'load', kind = 'pressure', group = 'TOP', pressure = 100 /
-&contact name = 'middle', slave = 'UPPER_FACE', master = 'LOWER_FACE' {keys} /
-&step duration = 1, increments = 1 /
-&output double_precision = .true., fields = 'stress' /
-&solver tolerance = 1e-10, pressure_tolerance = 1e-10 /
-"""
+SOLVER = '&solver tolerance = 1e-10, pressure_tolerance = 1e-10 /'
 # Largest error of the stress: formulation, its tolerance, what the peer has, and which that is.
 PATCH = {'l2': ('', 1e-8, 0.046, "Kratos' mortar"),
          'nodal': ("formulation = 'master_slave'", 0.2, 0.172, "CalculiX' node to surface")}
@@ -61,12 +31,12 @@ def run(context):
         if context.quick and thousand > 2:
             continue
         name = f'nodes_{thousand}k'
-        context.make_mesh(swage_mesh_writer.billet_and_tool_geometry(size, TOOL_CELL), 3, name)
+        context.make_mesh(swage_peer_works.tool_geometry(size, TOOL_CELL), 3, name)
         for formulation, keys in (('l2', ''), ('nodal', "formulation = 'master_slave'")):
             if formulation == 'nodal' and thousand > 2:
                 continue
-            done = context.run_swage(CASE.format(mesh=name, keys=keys),
-                                     name=f'{name}_{formulation}', timeout=7200)
+            case = swage_peer_works.tool_case(name, contact=keys, more='&output every = 20 /')
+            done = context.run_swage(case, name=f'{name}_{formulation}', timeout=7200)
             yield from forces(context, done, f'{thousand}k nodes, {formulation}')
     yield from patch(context)
 
@@ -88,11 +58,10 @@ def forces(context, done, name):
 
 
 def patch(context):
-    context.make_mesh(swage_mesh_writer.cubes_geometry(3.3, 2.3), 3, 'cubes')
+    context.make_mesh(swage_peer_works.cubes_geometry(3.3, 2.3), 3, 'cubes')
     for name, (keys, tolerance, peer, whose) in PATCH.items():
-        done = context.run_swage(CUBES.format(keys=keys), name=f'cubes_{name}')
-        stress = done.results().step(-1).cell_fields['stress']
-        error = float(abs(stress[:, 2] + 100).max()) / 100
+        done = context.run_swage(swage_peer_works.cubes_case(keys, SOLVER), name=f'cubes_{name}')
+        error = swage_peer_works.error_of_cubes(done)
         yield context.zero(f'cubes, {name}: largest error of the stress', error, tolerance)
         if name == 'nodal':
             yield context.above('cubes, nodal: it fails the test', error, 1e-3)
