@@ -1,7 +1,8 @@
 !> Quasi-symmetric contact with interpolation: the slave's pressure is read at the feet of the
 !> master nodes, \(\hat\lambda_j = \sum_k S_{jk} \lambda_k\), and acts there as
-!> \(\sum_j M_{bb,ij} \hat\lambda_j n_j\). The forces on both sides then differ a little, as the
-!> master's mass matrix knows nothing of the slave's. The gap is [[swage_averaged_gap]] with the
+!> \(\sum_j M_{bb,ij} \hat\lambda_j n_j\). The forces on both sides then differ a little: the master
+!> integrates what is interpolated between its nodes, and kinks of the slave's pressure between
+!> them make it too much (section 6.2 of docs/theory). The gap is [[swage_averaged_gap]] with the
 !> weights \(A_j S_{jk}\). The stiffness is left out. For comparison.
 !> Source: eq. 11 of the paper in docs/theory.
 module swage_quasi_symmetric_interpolation
