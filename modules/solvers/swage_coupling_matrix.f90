@@ -143,30 +143,34 @@ contains
     integer, intent(in) :: rows(:)
     integer, intent(in) :: columns(:)
 
-    integer(gp), allocatable :: keys(:)
-    integer, allocatable :: old_column(:), old_since(:), old_start(:)
-    integer :: grows, i, k, n_old, n_pair
+    integer(gp), allocatable :: keys(:), new(:)
+    integer, allocatable :: missing(:), old_column(:), old_since(:), old_start(:)
+    integer :: grows, i, k, n_old, n_new
 
-    n_pair = size(rows)
     n_old = size(self%column)
     call remember_expected(self, rows, columns)
     grows = merge(1, 0, any(self%expected_place == 0))
     call self%comm%max(grows)
     if (grows == 0) return
 
-    ! Rows by columns as single numbers: old blocks, pairs, their mirrors, the diagonal
-    allocate (keys(n_old + 2 * n_pair + self%n_node))
+    ! Rows by columns as single numbers, those in the pattern ascending
+    allocate (keys(n_old))
     do i = 1, self%n_node
       keys(self%row_start(i):self%row_start(i + 1) - 1) = &
         key_of(self%n_node, i, self%column(self%row_start(i):self%row_start(i + 1) - 1))
     end do
-    keys(n_old + 1:n_old + n_pair) = key_of(self%n_node, rows, columns)
-    keys(n_old + n_pair + 1:n_old + 2 * n_pair) = key_of(self%n_node, columns, rows)
-    keys(n_old + 2 * n_pair + 1:) = [(key_of(self%n_node, i, i), i=1, self%n_node)]
+    ! What it lacks, the mirrors of that, and the diagonal
+    allocate (missing, source=pack([(i, i=1, size(rows))], self%expected_place == 0))
+    n_new = size(missing)
+    allocate (new(2 * n_new + self%n_node))
+    new(:n_new) = key_of(self%n_node, rows(missing), columns(missing))
+    new(n_new + 1:2 * n_new) = key_of(self%n_node, columns(missing), rows(missing))
+    new(2 * n_new + 1:) = [(key_of(self%n_node, i, i), i=1, self%n_node)]
+    new = new(sorting_order(new))
     call move_alloc(self%column, old_column)
     call move_alloc(self%since, old_since)
     allocate (old_start, source=self%row_start)
-    call set_pattern(self, keys(sorting_order(keys)))
+    call set_pattern(self, merged(keys, new))
     self%version = self%version + 1
     self%since = self%version
     do i = 1, self%n_node
@@ -177,6 +181,43 @@ contains
     call find_expected(self)
 
   end subroutine coupling_matrix_expect
+
+  !> Two ascending lists as one, without repetitions.
+  pure function merged(a, b) result(both)
+    integer(gp), intent(in) :: a(:), b(:)
+    integer(gp), allocatable :: both(:)
+
+    integer(gp), allocatable :: list(:)
+    integer(gp) :: next
+    integer :: i, j, n
+
+    allocate (list(size(a) + size(b)))
+    i = 1
+    j = 1
+    n = 0
+    do while (i <= size(a) .or. j <= size(b))
+      if (j > size(b)) then
+        next = a(i)
+        i = i + 1
+      else if (i > size(a)) then
+        next = b(j)
+        j = j + 1
+      else if (a(i) <= b(j)) then
+        next = a(i)
+        i = i + 1
+      else
+        next = b(j)
+        j = j + 1
+      end if
+      if (n > 0) then
+        if (list(n) == next) cycle
+      end if
+      n = n + 1
+      list(n) = next
+    end do
+    allocate (both, source=list(:n))
+
+  end function merged
 
   pure subroutine remember_expected(matrix, rows, columns)
     type(coupling_matrix_t), intent(inout) :: matrix
@@ -197,14 +238,24 @@ contains
   pure subroutine find_expected(matrix)
     type(coupling_matrix_t), intent(inout) :: matrix
 
-    integer :: i
+    integer :: i, next
 
     if (size(matrix%expected_place) /= size(matrix%expected_row)) then
       deallocate (matrix%expected_place)
       allocate (matrix%expected_place(size(matrix%expected_row)))
     end if
+    next = 1
     do i = 1, size(matrix%expected_row)
-      matrix%expected_place(i) = matrix%block_at(matrix%expected_row(i), matrix%expected_column(i))
+      associate (row => matrix%expected_row(i), column => matrix%expected_column(i))
+        ! Lists often run along a row
+        if (next < matrix%row_start(row) .or. next >= matrix%row_start(row + 1)) then
+          next = matrix%block_at(row, column)
+        else if (matrix%column(next) /= column) then
+          next = matrix%block_at(row, column)
+        end if
+        matrix%expected_place(i) = next
+        next = next + 1
+      end associate
     end do
 
   end subroutine find_expected
@@ -222,29 +273,18 @@ contains
   !> Rows and columns from sorted keys; those of before have been taken away.
   pure subroutine set_pattern(matrix, keys)
     type(coupling_matrix_t), intent(inout) :: matrix
-    !> Ascending; may repeat.
+    !> Ascending, without repetitions.
     integer(gp), intent(in) :: keys(:)
 
-    integer(gp) :: last
     integer :: i, n, row
 
-    n = 0
-    last = 0_gp
-    do i = 1, size(keys)
-      if (keys(i) /= last) n = n + 1
-      last = keys(i)
-    end do
+    n = size(keys)
     allocate (matrix%column(n), matrix%since(n))
     call allocate_values(matrix)
     matrix%row_start = 0
-    n = 0
-    last = 0_gp
-    do i = 1, size(keys)
-      if (keys(i) == last) cycle
-      last = keys(i)
-      n = n + 1
+    do i = 1, n
       row = int((keys(i) - 1_gp) / matrix%n_node) + 1
-      matrix%column(n) = int(keys(i) - int(row - 1, gp) * matrix%n_node)
+      matrix%column(i) = int(keys(i) - int(row - 1, gp) * matrix%n_node)
       matrix%row_start(row + 1) = matrix%row_start(row + 1) + 1
     end do
     matrix%row_start(1) = 1
