@@ -83,8 +83,10 @@ contains
   end subroutine averaged_gap_find_seen
 
   !> The row keeps its forces.
-  subroutine averaged_gap_finish_row(self, master_node, weight, rows)
+  subroutine averaged_gap_finish_row(self, vertex_share, master_node, weight, rows)
     class(averaged_gap_t), intent(in) :: self
+    !> How much of the gap is that of the slave node alone [1].
+    real(wp), intent(in) :: vertex_share
     integer, intent(in) :: master_node(:)
     !> m of these nodes [length^2].
     real(wp), intent(in) :: weight(:)
@@ -94,7 +96,7 @@ contains
     real(wp) :: area, share, whole
 
     area = rows%area(rows%n_row)
-    share = 0.5_wp
+    share = 0.5_wp * (1.0_wp + vertex_share)
     whole = 0.0_wp
     do i = 1, size(master_node)
       if (self%place(master_node(i)) > 0) whole = whole + weight(i)

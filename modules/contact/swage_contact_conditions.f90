@@ -29,6 +29,8 @@ module swage_contact_conditions
   contains
     !> Make it a row.
     procedure :: put => contact_condition_put
+    !> Add its forces to the present row.
+    procedure :: add_forces => contact_condition_add_forces
     !> Add a multiple of the derivative of its penetration to `slope` of the present row.
     procedure :: add_slope => contact_condition_add_slope
     !> Add the derivative of its forces.
@@ -54,25 +56,43 @@ contains
     logical, intent(in) :: reacts
     type(contact_rows_t), intent(inout) :: rows
 
-    integer :: a
-    real(wp) :: area, share
+    real(wp) :: area
 
     area = factor * self%area
+    call rows%begin_row(self%slave, self%key, -self%foot%normal, self%foot%penetration, area)
+    call self%add_forces(area, reacts, .true., rows)
+
+  end subroutine contact_condition_put
+
+  subroutine contact_condition_add_forces(self, area, reacts, has_slope, rows)
+    class(contact_condition_t), intent(in) :: self
+    !> [length^2]
+    real(wp), intent(in) :: area
+    !> True when the master gets the opposite force.
+    logical, intent(in) :: reacts
+    !> False when the gap of the row is another one.
+    logical, intent(in) :: has_slope
+    type(contact_rows_t), intent(inout) :: rows
+
+    integer :: a
+    real(wp) :: share, slope
+
     associate (foot => self%foot)
-      call rows%begin_row(self%slave, self%key, -foot%normal, foot%penetration, area)
       do a = 1, self%n
         share = area * self%weight(a)
-        call rows%add(self%node(a), share * foot%normal, -share * foot%climb, share)
+        slope = merge(share, 0.0_wp, has_slope)
+        call rows%add(self%node(a), share * foot%normal, -slope * foot%climb, share)
       end do
       do a = 1, 3
         if (foot%node(a) == 0 .or. .not. abs(foot%weight(a)) > 0.0_wp) cycle
         share = area * foot%weight(a)
+        slope = merge(share, 0.0_wp, has_slope)
         call rows%add(foot%node(a), merge(-share, 0.0_wp, reacts) * foot%normal, &
-                      share * foot%climb, -share)
+                      slope * foot%climb, -share)
       end do
     end associate
 
-  end subroutine contact_condition_put
+  end subroutine contact_condition_add_forces
 
   subroutine contact_condition_add_slope(self, factor, rows)
     class(contact_condition_t), intent(in) :: self

@@ -35,6 +35,8 @@ module swage_contact_pair
     !> Facets of the slave, then of the master, that are inside the other body at the start of the
     !> step, so deep that they have no conditions.
     logical, allocatable :: is_buried(:)
+    !> Vertices that touch with none of their facets have conditions of their own.
+    logical :: has_vertices = .true.
   contains
     !> Take new positions as those of the start of a step: areas, what of them counts, and what
     !> edges are sharp.
@@ -268,7 +270,8 @@ contains
     real(wp), parameter :: FULL = -0.5_wp
 
     integer :: f
-    real(wp) :: cosine, gap(surface%n_facet), middle(3), share(surface%n_facet), x(3)
+    real(wp) :: cosine, gap(surface%n_facet), middle(3), share(surface%n_facet), &
+      vertex_gap(pair%n_node), x(3)
     type(contact_foot_t) :: foot
 
     middle = 0.0_wp
@@ -291,9 +294,35 @@ contains
       cosine = dot_product(surface%normal(:, f), other%normal(:, foot%facet))
       share(f) = min(max((cosine - FACING) / (FULL - FACING), 0.0_wp), 1.0_wp)
     end do
-    call surface%take_shares(share, gap)
+    call find_vertex_gaps(pair, other, surface, vertex_gap)
+    call surface%take_shares(share, gap, vertex_gap)
 
   end subroutine weigh_facets
+
+  subroutine find_vertex_gaps(pair, other, surface, gap)
+    type(contact_pair_t), intent(in) :: pair
+    type(contact_surface_t), intent(in) :: other
+    type(contact_surface_t), intent(in) :: surface
+    !> Of no matter how far where there is nothing opposite [length]; shape (n_node).
+    real(wp), intent(out) :: gap(:)
+
+    integer, parameter :: MOST = 32
+
+    integer :: k, n, node
+    real(wp) :: towards(3, MOST)
+    type(contact_foot_t) :: foot
+
+    gap = huge(1.0_wp)
+    if (.not. pair%has_vertices) return
+    do k = 1, size(surface%node)
+      node = surface%node(k)
+      if (.not. surface%is_vertex(node)) cycle
+      call surface%normals_at(node, n, towards)
+      call pair%find_foot(other, [node], surface%x(:, node), towards(:, :n), pair%smoothing, foot)
+      if (foot%facet > 0) gap(node) = -foot%penetration
+    end do
+
+  end subroutine find_vertex_gaps
 
   pure subroutine contact_pair_update(self, x)
     class(contact_pair_t), intent(inout) :: self

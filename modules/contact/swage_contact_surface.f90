@@ -17,6 +17,11 @@
 !> in the areas pressed on, so that a node at an edge has the area of the side that is in contact.
 !> Nor do facets that gape count at nodes with others that touch: a side that folds onto a tool must
 !> not lift its edge off.
+!>
+!> A vertex is a node on a sharp convex edge, or at a corner. It may touch before its facets do, and
+!> then alone: like one more facet, without a size, it competes with those around it. As far as all
+!> of them gape where it does not, the condition is that of the vertex, and its normal the other
+!> surface's, for it has none of its own; as far as one of them does not, that of the facets.
 module swage_contact_surface
   use swage_bounding_tree, only: bounding_tree_create, bounding_tree_t
   use swage_kinds, only: wp
@@ -31,6 +36,11 @@ module swage_contact_surface
   real(wp), parameter :: DEFAULT_FEATURE_ANGLE = 40.0_wp / 180.0_wp * acos(-1.0_wp)
 
   real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
+  !> How much more a facet gapes than another one, and than a vertex, by its size, from which on it
+  !> does not count beside it.
+  real(wp), parameter :: APART = 0.1_wp, BESIDE_VERTEX = 0.05_wp
+  !> Share of a facet that does not count.
+  real(wp), parameter :: LEAST_SHARE = 1.0e-6_wp
   !> Next corner of a triangle.
   integer, parameter :: NEXT(3) = [2, 3, 1]
 
@@ -55,6 +65,8 @@ module swage_contact_surface
     !> Sector of each corner; shape (n_dim, n_facet).
     integer, allocatable :: sector(:, :)
     integer :: n_sector = 0
+    !> Whether each node lies on a sharp convex edge; shape (n_node).
+    logical, allocatable :: is_vertex(:)
     !> At the start of the step: length or area of the facets [length], [length^2], distance of
     !> their corners from the axis [length], shapes (n_facet), (n_dim, n_facet); area of the nodes
     !> [length^2], in the plane for a unit thickness; shape (n_node).
@@ -67,6 +79,9 @@ module swage_contact_surface
     !> Gap of each facet to the other surface, 0 where it touches or is inside, and the smallest of
     !> the facets around each node [length]; shapes (n_facet), (n_node).
     real(wp), allocatable :: gap(:), least_gap(:)
+    !> Gap of each vertex, that of no matter how far at other nodes [length], and how much of a
+    !> condition is that of the vertex alone [1]; shapes (n_node).
+    real(wp), allocatable :: vertex_gap(:), vertex_share(:)
     !> Positions of the nodes, only those of this surface are looked at [length]; shape (3, n_node).
     real(wp), allocatable :: x(:, :)
     !> Unit normals of the facets and of the sectors; shapes (3, n_facet), (3, n_sector).
@@ -91,7 +106,10 @@ module swage_contact_surface
     procedure :: take_shares => contact_surface_take_shares
     !> How much a facet counts for one of its corners, by how near it is.
     procedure :: near_share => contact_surface_near_share
-    !> The same by how much it faces the other surface, too.
+    !> The same beside the node itself, where that is a vertex.
+    procedure :: face_share => contact_surface_face_share
+    !> How much a facet counts for one of its corners, by how near it is and how much it faces the
+    !> other surface.
     procedure :: pressed_share => contact_surface_pressed_share
     !> A column of the mass matrix of a facet as far as it counts.
     procedure :: pressed_mass => contact_surface_pressed_mass
@@ -168,7 +186,10 @@ contains
               source=0.0_wp)
     allocate (surface%share(surface%n_facet), surface%least_share(n_node), &
               source=1.0_wp)
-    allocate (surface%gap(surface%n_facet), surface%least_gap(n_node), source=0.0_wp)
+    allocate (surface%gap(surface%n_facet), surface%least_gap(n_node), &
+              surface%vertex_share(n_node), source=0.0_wp)
+    allocate (surface%vertex_gap(n_node), source=huge(1.0_wp))
+    allocate (surface%is_vertex(n_node), source=.false.)
     allocate (surface%sector(n_dim, surface%n_facet), source=0)
     allocate (surface%sector_normal(3, 0))
 
@@ -233,6 +254,8 @@ contains
     self%least_share = 1.0_wp
     self%gap = 0.0_wp
     self%least_gap = 0.0_wp
+    self%vertex_gap = huge(1.0_wp)
+    self%vertex_share = 0.0_wp
     self%pressed_area = self%area
     call find_boxes(self, lower, upper)
     call bounding_tree_create(lower, upper, self%tree)
@@ -308,12 +331,14 @@ contains
 
   !> A node of which little counts keeps a tenth of its area, one of which nothing does keeps all:
   !> it must not be free to penetrate when it comes into contact during the step.
-  pure subroutine contact_surface_take_shares(self, share, gap)
+  pure subroutine contact_surface_take_shares(self, share, gap, vertex_gap)
     class(contact_surface_t), intent(inout) :: self
     !> From 0 to 1; shape (n_facet).
     real(wp), intent(in) :: share(:)
     !> Of the facets' middles to the other surface, negative inside [length]; shape (n_facet).
     real(wp), intent(in) :: gap(:)
+    !> The same of the vertices; what stands at other nodes does not count; shape (n_node).
+    real(wp), intent(in) :: vertex_gap(:)
 
     real(wp), parameter :: LEAST = 0.1_wp
     integer :: i, k, node
@@ -327,6 +352,16 @@ contains
       do i = self%first(node), self%first(node + 1) - 1
         self%least_gap(node) = min(self%least_gap(node), self%gap(self%around(i)))
       end do
+      self%vertex_gap(node) = huge(1.0_wp)
+      self%vertex_share(node) = 0.0_wp
+      if (self%is_vertex(node)) then
+        self%vertex_gap(node) = max(vertex_gap(node), 0.0_wp)
+        self%vertex_share(node) = 1.0_wp
+        do i = self%first(node), self%first(node + 1) - 1
+          self%vertex_share(node) = min(self%vertex_share(node), 1.0_wp - share_beside( &
+            self, self%around(i), self%vertex_gap(node), BESIDE_VERTEX))
+        end do
+      end if
       call sum_pressed_area(self, node)
       if (self%pressed_area(node) >= LEAST * self%area(node)) cycle
       self%least_share(node) = merge(LEAST, 1.0_wp, self%pressed_area(node) > 0.0_wp)
@@ -356,21 +391,48 @@ contains
     integer, intent(in) :: corner
     real(wp) :: share
 
-    !> How much more a facet gapes than the nearest one at the node, by its size, that counts as
-    !> nothing, and from which on it is apart. (Bodies with an interference, or gaps that were taken
-    !> away, press on each other across a gap that all facets have.)
-    real(wp), parameter :: CLOSED = 0.01_wp, APART = 0.1_wp
-    real(wp), parameter :: LEAST = 1.0e-6_wp
-
-    real(wp) :: more, size_of_facet
-
-    size_of_facet = self%extent(facet)
-    if (self%n_dim == 3) size_of_facet = sqrt(2.0_wp * size_of_facet)
-    more = self%gap(facet) - self%least_gap(self%facet(corner, facet))
-    share = (APART - more / size_of_facet) / (APART - CLOSED)
-    share = min(max(share, LEAST), 1.0_wp)
+    share = max(share_beside(self, facet, self%least_gap(self%facet(corner, facet)), APART), &
+                LEAST_SHARE)
 
   end function contact_surface_near_share
+
+  pure function contact_surface_face_share(self, facet, corner) result(share)
+    class(contact_surface_t), intent(in) :: self
+    integer, intent(in) :: facet
+    integer, intent(in) :: corner
+    real(wp) :: share
+
+    share = self%near_share(facet, corner)
+    associate (node => self%facet(corner, facet))
+      share = max(min(share, share_beside(self, facet, self%vertex_gap(node), BESIDE_VERTEX)), &
+                  LEAST_SHARE)
+    end associate
+
+  end function contact_surface_face_share
+
+  !> How much a facet counts beside something else that has a smaller gap.
+  pure function share_beside(surface, facet, least_gap, most) result(share)
+    type(contact_surface_t), intent(in) :: surface
+    integer, intent(in) :: facet
+    !> [length]
+    real(wp), intent(in) :: least_gap
+    !> How much more it gapes, by its size, from which on it is apart [1].
+    real(wp), intent(in) :: most
+    !> From 0 to 1.
+    real(wp) :: share
+
+    !> What counts as nothing. (Bodies with an interference, or gaps that were taken away, press on
+    !> each other across a gap that all facets have.)
+    real(wp), parameter :: CLOSED = 0.01_wp
+
+    real(wp) :: size_of_facet
+
+    size_of_facet = surface%extent(facet)
+    if (surface%n_dim == 3) size_of_facet = sqrt(2.0_wp * size_of_facet)
+    share = (most - (surface%gap(facet) - least_gap) / size_of_facet) / (most - CLOSED)
+    share = min(max(share, 0.0_wp), 1.0_wp)
+
+  end function share_beside
 
   pure function contact_surface_pressed_share(self, facet, corner) result(share)
     class(contact_surface_t), intent(in) :: self
@@ -482,6 +544,7 @@ contains
     allocate (part(maxval(surface%first(2:) - surface%first(:size(surface%first) - 1))))
     smallest = cos(surface%feature_angle)
     surface%n_sector = 0
+    surface%is_vertex = .false.
     do k = 1, size(surface%node)
       node = surface%node(k)
       n_around = surface%first(node + 1) - surface%first(node)
@@ -492,10 +555,13 @@ contains
         end do
         do i = 2, n_around
           do j = 1, i - 1
-            if (part(j) == part(i)) cycle
             if (.not. share_side(surface, around(i), around(j), node)) cycle
             if (dot_product(surface%normal(:, around(i)), surface%normal(:, around(j))) &
-                < smallest) cycle
+                < smallest) then
+              if (falls_off(surface, around(i), around(j))) surface%is_vertex(node) = .true.
+              cycle
+            end if
+            if (part(j) == part(i)) cycle
             joined = part(i)
             where (part(:i) == joined) part(:i) = part(j)
           end do
@@ -516,6 +582,25 @@ contains
     allocate (surface%sector_normal(3, surface%n_sector))
 
   end subroutine find_sectors
+
+  !> True when a facet lies below the plane of a neighbour.
+  pure function falls_off(surface, facet, neighbour) result(falls)
+    type(contact_surface_t), intent(in) :: surface
+    integer, intent(in) :: facet
+    integer, intent(in) :: neighbour
+    logical :: falls
+
+    integer :: a
+    real(wp) :: middle(3)
+
+    middle = 0.0_wp
+    do a = 1, surface%n_dim
+      middle = middle + (surface%x(:, surface%facet(a, facet)) &
+                         - surface%x(:, surface%facet(1, neighbour))) / surface%n_dim
+    end do
+    falls = dot_product(middle, surface%normal(:, neighbour)) < 0.0_wp
+
+  end function falls_off
 
   !> True when two facets around a node have a side there in common.
   pure function share_side(surface, one, other, node) result(shared)

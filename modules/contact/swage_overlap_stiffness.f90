@@ -92,7 +92,7 @@ contains
     integer :: a
 
     do a = 1, pair%slave%n_dim
-      load(a) = pair%slave%near_share(facet, a) * pressure(pair%slave%facet(a, facet))
+      load(a) = pair%slave%face_share(facet, a) * pressure(pair%slave%facet(a, facet))
     end do
 
   end function nodal_loads

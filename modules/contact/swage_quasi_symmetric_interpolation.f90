@@ -3,13 +3,15 @@
 !> \(\sum_j M_{bb,ij} \hat\lambda_j n_j\). The forces on both sides then differ a little: the master
 !> integrates what is interpolated between its nodes, and kinks of the slave's pressure between
 !> them make it too much (section 6.2 of docs/theory). The gap is [[swage_averaged_gap]] with the
-!> weights \(A_j S_{jk}\). The stiffness is left out. For comparison.
+!> weights \(A_j S_{jk}\). The stiffness is left out. Vertices are those of
+!> [[swage_contact_vertices]]. For comparison.
 !> Source: eq. 11 of the paper in docs/theory.
 module swage_quasi_symmetric_interpolation
   use swage_averaged_gap, only: averaged_gap_t
   use swage_contact_formulation, only: contact_choice_t, contact_formulation_t
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
+  use swage_contact_vertices, only: contact_vertices_t, list_vertex_owners
   use swage_kinds, only: wp
   use swage_relation, only: relation_t
   implicit none(type, external)
@@ -22,10 +24,12 @@ module swage_quasi_symmetric_interpolation
   type, extends(contact_formulation_t) :: quasi_symmetric_interpolation_t
     private
     type(averaged_gap_t) :: distances
+    type(contact_vertices_t) :: vertices
     !> Conditions of master nodes whose feet lie on facets of a slave node.
     type(relation_t) :: seen_by
   contains
     procedure :: count_conditions => quasi_symmetric_interpolation_count_conditions
+    procedure :: list_owners => quasi_symmetric_interpolation_list_owners
     procedure :: evaluate => quasi_symmetric_interpolation_evaluate
     procedure :: stiffness => quasi_symmetric_interpolation_stiffness
     procedure :: balances => quasi_symmetric_interpolation_balances
@@ -58,6 +62,17 @@ contains
 
   end function quasi_symmetric_interpolation_count_conditions
 
+  !> See [[contact_formulation_t:list_owners]].
+  subroutine quasi_symmetric_interpolation_list_owners(self, pair, owner)
+    class(quasi_symmetric_interpolation_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer, allocatable, intent(out) :: owner(:)
+
+    allocate (owner(self%count_conditions(pair)), source=0)
+    call list_vertex_owners(pair, owner)
+
+  end subroutine quasi_symmetric_interpolation_list_owners
+
   !> See [[contact_formulation_t:evaluate]].
   subroutine quasi_symmetric_interpolation_evaluate(self, pair, mine, rows)
     class(quasi_symmetric_interpolation_t), intent(inout) :: self
@@ -68,37 +83,45 @@ contains
     integer :: i, k, n_seen, seen
     integer, allocatable :: master_node(:)
     logical :: all_nodes(pair%n_node)
+    real(wp) :: vertex
     real(wp), allocatable :: weight(:)
 
     all_nodes = .true.
     call self%distances%prepare(pair, mine, all_nodes)
     call self%distances%find_seen(pair%n_node, self%seen_by)
     allocate (master_node(self%distances%master%n), weight(self%distances%master%n))
+    call self%vertices%find(pair, mine)
     call rows%start(pair%n_node)
     do i = 1, self%distances%slave%n
       associate (own => self%distances%slave%item(i))
         k = own%slave
+        vertex = pair%slave%vertex_share(k)
         call rows%begin_row(k, k, -own%foot%normal, 0.0_wp, own%area)
+        if (vertex > 0.0_wp) call own%add_forces(vertex * own%area, .true., .false., rows)
       end associate
-      call add_slave_side(pair, k, rows)
+      call add_slave_side(pair, k, 1.0_wp - vertex, rows)
       n_seen = 0
       do seen = self%seen_by%first(k), self%seen_by%first(k + 1) - 1
         associate (other => self%distances%master%item(self%seen_by%item(seen)))
           n_seen = n_seen + 1
           master_node(n_seen) = other%slave
           weight(n_seen) = other%foot%weight(findloc(other%foot%node, k, dim=1))
-          call add_master_side(pair, other%slave, weight(n_seen), other%foot%normal, rows)
+          call add_master_side(pair, other%slave, (1.0_wp - vertex) * weight(n_seen), &
+                               other%foot%normal, rows)
           weight(n_seen) = weight(n_seen) * other%area
         end associate
       end do
-      call self%distances%finish_row(master_node(:n_seen), weight(:n_seen), rows)
+      call self%distances%finish_row(vertex, master_node(:n_seen), weight(:n_seen), rows)
     end do
+    call self%vertices%put(rows)
 
   end subroutine quasi_symmetric_interpolation_evaluate
 
-  subroutine add_slave_side(pair, node, rows)
+  subroutine add_slave_side(pair, node, factor, rows)
     type(contact_pair_t), intent(in) :: pair
     integer, intent(in) :: node
+    !> On the areas [1].
+    real(wp), intent(in) :: factor
     type(contact_rows_t), intent(inout) :: rows
 
     integer :: a, i
@@ -110,7 +133,7 @@ contains
         normal = slave%normal(:, slave%around(i))
         do a = 1, slave%n_dim
           if (pair%smoothing) normal = slave%sector_normal(:, slave%sector(a, slave%around(i)))
-          share = column(a)
+          share = factor * column(a)
           call rows%add(slave%facet(a, slave%around(i)), -share * normal, NO_SLOPE, share)
         end do
       end do

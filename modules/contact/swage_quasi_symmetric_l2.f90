@@ -7,7 +7,8 @@
 !> both integrated with the same points, so that the forces of each point balance. The gap is the
 !> dual one, \(g_k = \frac{1}{A_k} \int N_k\, p\, dS\) with \(A_k = \int N_k\, dS\). Integrals are
 !> over that part of the slave that meets the master; facets that gape where others at the node
-!> touch count for little in them ([[contact_surface_t:near_share]]).
+!> touch count for little in them ([[contact_surface_t:near_share]]). A vertex that
+!> touches with none of its facets has a condition at the node ([[swage_contact_vertices]]).
 !>
 !> `slope` is the derivative of the gap for fixed points on the slave. Facets' normals turn in it,
 !> smoothed ones count as fixed. Where the facets of both sides are parallel it is the opposite of
@@ -19,6 +20,7 @@ module swage_quasi_symmetric_l2
   use swage_contact_overlap, only: contact_overlap_t, find_overlap
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
+  use swage_contact_vertices, only: contact_vertices_t, list_vertex_owners
   use swage_kinds, only: wp
   use swage_overlap_stiffness, only: next_pair_stiffness, pair_stiffness_t
   use swage_rotation, only: normalised
@@ -35,8 +37,10 @@ module swage_quasi_symmetric_l2
     logical :: averaged = .false.
     type(contact_overlap_t) :: overlap
     type(averaged_gap_t) :: distances
+    type(contact_vertices_t) :: vertices
   contains
     procedure :: count_conditions => quasi_symmetric_l2_count_conditions
+    procedure :: list_owners => quasi_symmetric_l2_list_owners
     procedure :: evaluate => quasi_symmetric_l2_evaluate
     procedure :: stiffness => quasi_symmetric_l2_stiffness
     procedure :: admits_self => quasi_symmetric_l2_admits_self
@@ -70,6 +74,17 @@ contains
 
   end function quasi_symmetric_l2_count_conditions
 
+  !> See [[contact_formulation_t:list_owners]].
+  subroutine quasi_symmetric_l2_list_owners(self, pair, owner)
+    class(quasi_symmetric_l2_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer, allocatable, intent(out) :: owner(:)
+
+    allocate (owner(self%count_conditions(pair)), source=0)
+    call list_vertex_owners(pair, owner)
+
+  end subroutine quasi_symmetric_l2_list_owners
+
   !> See [[contact_formulation_t:evaluate]].
   subroutine quasi_symmetric_l2_evaluate(self, pair, mine, rows)
     class(quasi_symmetric_l2_t), intent(inout) :: self
@@ -89,6 +104,7 @@ contains
       end do
       call self%distances%prepare(pair, mine, asked)
     end if
+    call self%vertices%find(pair, mine)
     call rows%start(pair%n_node)
     do k = 1, size(pair%slave%node)
       node = pair%slave%node(k)
@@ -99,7 +115,7 @@ contains
       do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
         associate (f => pair%slave%around(i), a => pair%slave%around_corner(i), &
                    point => self%overlap%point)
-          near = pair%slave%near_share(f, a)
+          near = pair%slave%face_share(f, a)
           do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
             share = near * point(q)%area * point(q)%slave_weight(a)
             area = area + share
@@ -108,6 +124,7 @@ contains
           end do
         end associate
       end do
+      call self%vertices%weigh(node, area, gap, normal)
       if (area <= SMALLEST_SHARE * pair%slave%area(node)) cycle
       call rows%begin_row(node, node, normalised(normal), gap / area, area)
       do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
@@ -118,8 +135,10 @@ contains
           end do
         end associate
       end do
+      call self%vertices%add_forces(node, .not. self%averaged, rows)
       if (self%averaged) call average_gap(self, pair, node, rows)
     end do
+    call self%vertices%put(rows)
 
   end subroutine quasi_symmetric_l2_evaluate
 
@@ -141,7 +160,7 @@ contains
     n_met = 0
     do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
       associate (f => pair%slave%around(i))
-        near = pair%slave%near_share(f, pair%slave%around_corner(i))
+        near = pair%slave%face_share(f, pair%slave%around_corner(i))
         do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
           associate (point => self%overlap%point(q))
             do a = 1, pair%master%n_dim
@@ -160,7 +179,7 @@ contains
         end do
       end associate
     end do
-    call self%distances%finish_row(met(:n_met), weight(:n_met), rows)
+    call self%distances%finish_row(pair%slave%vertex_share(node), met(:n_met), weight(:n_met), rows)
 
   end subroutine average_gap
 
@@ -186,7 +205,7 @@ contains
     share = 0.0_wp
     gradient = 0.0_wp
     if (.not. pair%smoothing) gradient = pair%slave%gradients(f)
-    near = pair%slave%near_share(f, corner)
+    near = pair%slave%face_share(f, corner)
     do while (q < overlap%first(f + 1))
       if (overlap%point(q)%master_facet /= m) exit
       associate (point => overlap%point(q))
@@ -249,6 +268,7 @@ contains
         end do
       end associate
     end do
+    call self%vertices%stiffen(pressure, blocks)
 
   end subroutine quasi_symmetric_l2_stiffness
 

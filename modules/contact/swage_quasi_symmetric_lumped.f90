@@ -15,6 +15,7 @@ module swage_quasi_symmetric_lumped
   use swage_contact_overlap, only: contact_overlap_t, find_overlap, overlap_point_t
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
+  use swage_contact_vertices, only: contact_vertices_t, list_vertex_owners
   use swage_kinds, only: wp
   use swage_overlap_stiffness, only: master_pull, next_pair_stiffness, pair_stiffness_t
   use swage_rotation, only: normalised
@@ -35,8 +36,10 @@ module swage_quasi_symmetric_lumped
     logical :: averaged = .false.
     type(contact_overlap_t) :: overlap
     type(averaged_gap_t) :: distances
+    type(contact_vertices_t) :: vertices
   contains
     procedure :: count_conditions => quasi_symmetric_lumped_count_conditions
+    procedure :: list_owners => quasi_symmetric_lumped_list_owners
     procedure :: evaluate => quasi_symmetric_lumped_evaluate
     procedure :: stiffness => quasi_symmetric_lumped_stiffness
   end type quasi_symmetric_lumped_t
@@ -69,6 +72,17 @@ contains
 
   end function quasi_symmetric_lumped_count_conditions
 
+  !> See [[contact_formulation_t:list_owners]].
+  subroutine quasi_symmetric_lumped_list_owners(self, pair, owner)
+    class(quasi_symmetric_lumped_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer, allocatable, intent(out) :: owner(:)
+
+    allocate (owner(self%count_conditions(pair)), source=0)
+    call list_vertex_owners(pair, owner)
+
+  end subroutine quasi_symmetric_lumped_list_owners
+
   !> See [[contact_formulation_t:evaluate]].
   subroutine quasi_symmetric_lumped_evaluate(self, pair, mine, rows)
     class(quasi_symmetric_lumped_t), intent(inout) :: self
@@ -97,15 +111,17 @@ contains
     end if
     meeting = 0.0_wp
     vector = 0.0_wp
+    call self%vertices%find(pair, mine)
     call rows%start(pair%n_node)
     do k = 1, size(pair%slave%node)
       node = pair%slave%node(k)
       if (.not. mine(node)) cycle
       area = 0.0_wp
+      gap = 0.0_wp
       normal = 0.0_wp
       n_met = 0
       do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
-        near = pair%slave%near_share(pair%slave%around(i), pair%slave%around_corner(i))
+        near = pair%slave%face_share(pair%slave%around(i), pair%slave%around_corner(i))
         do q = self%overlap%first(pair%slave%around(i)), &
           self%overlap%first(pair%slave%around(i) + 1) - 1
           associate (point => self%overlap%point(q))
@@ -126,6 +142,7 @@ contains
           end associate
         end do
       end do
+      call self%vertices%weigh(node, area, gap, normal)
       if (area <= SMALLEST_SHARE * pair%slave%area(node)) cycle
       call rows%begin_row(node, node, normalised(normal), 0.0_wp, area)
       call add_slave_side(self, pair, node, rows)
@@ -133,9 +150,9 @@ contains
         call add_master_side(pair, met(i), meeting(met(i)), vector(:, met(i)), rows)
       end do
       if (self%averaged) then
-        call self%distances%finish_row(met(:n_met), meeting(met(:n_met)), rows)
+        call self%distances%finish_row(pair%slave%vertex_share(node), met(:n_met), &
+                                       meeting(met(:n_met)), rows)
       else
-        gap = 0.0_wp
         ! What the forces have is the derivative for fixed points and normals
         do i = rows%first(rows%n_row), rows%first(rows%n_row + 1) - 1
           rows%slope(:, i) = -rows%force(:, i)
@@ -149,7 +166,9 @@ contains
         end do
         rows%gap(rows%n_row) = gap / area
       end if
+      call self%vertices%add_forces(node, .not. self%averaged, rows)
     end do
+    call self%vertices%put(rows)
 
   end subroutine quasi_symmetric_lumped_evaluate
 
@@ -196,7 +215,7 @@ contains
     integer :: a, j
     real(wp) :: beside(3), gradient(3, 3), pull(3, 3), slope(3), turned(3), whole, x(3)
 
-    whole = pair%slave%near_share(point%slave_facet, corner) &
+    whole = pair%slave%face_share(point%slave_facet, corner) &
       * point%area * point%slave_weight(corner)
     x = pair%slave%point(point%slave_facet, point%slave_weight)
     call master_pull(pair, point, pull)
@@ -231,7 +250,7 @@ contains
 
     do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
       associate (f => pair%slave%around(i))
-        near = pair%slave%near_share(f, pair%slave%around_corner(i))
+        near = pair%slave%face_share(f, pair%slave%around_corner(i))
         do q = self%overlap%first(f), self%overlap%first(f + 1) - 1
           associate (point => self%overlap%point(q))
             do a = 1, pair%slave%n_dim
@@ -308,6 +327,7 @@ contains
         end do
       end associate
     end do
+    call self%vertices%stiffen(pressure, blocks)
 
   end subroutine quasi_symmetric_lumped_stiffness
 

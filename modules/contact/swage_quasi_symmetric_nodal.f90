@@ -3,7 +3,9 @@
 !> \(A_k g_k = \frac12 A_k p_k + \frac12 \sum_j A_j S_{jk} p_j\) with the penetration of the slave
 !> node k into the master, those of the master nodes j into the slave, and the weight \(S_{jk}\) of
 !> node k at the foot of j. Forces are the gradient of the energy, with the motion of the feet in
-!> it. The second derivatives of the weights are left out of the stiffness.
+!> it. A vertex that touches with none of its facets ([[swage_contact_vertices]]) has its own
+!> distance alone, as far as it counts. The second derivatives of the weights are left out of the
+!> stiffness.
 !> Source: L. Fourment, S. Popa, J. Barboza, AIP Conf. Proc. 712 (2004), doi 10.1063/1.1766868.
 module swage_quasi_symmetric_nodal
   use swage_averaged_gap, only: averaged_gap_t
@@ -11,6 +13,7 @@ module swage_quasi_symmetric_nodal
   use swage_contact_formulation, only: contact_choice_t, contact_formulation_t
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
+  use swage_contact_vertices, only: contact_vertices_t, list_vertex_owners
   use swage_kinds, only: wp
   use swage_relation, only: relation_t
   use swage_rotation, only: dyadic
@@ -22,10 +25,12 @@ module swage_quasi_symmetric_nodal
   type, extends(contact_formulation_t) :: quasi_symmetric_nodal_t
     private
     type(averaged_gap_t) :: distances
+    type(contact_vertices_t) :: vertices
     !> Conditions of master nodes whose feet lie on facets of a slave node.
     type(relation_t) :: seen_by
   contains
     procedure :: count_conditions => quasi_symmetric_nodal_count_conditions
+    procedure :: list_owners => quasi_symmetric_nodal_list_owners
     procedure :: evaluate => quasi_symmetric_nodal_evaluate
     procedure :: stiffness => quasi_symmetric_nodal_stiffness
   end type quasi_symmetric_nodal_t
@@ -57,6 +62,17 @@ contains
 
   end function quasi_symmetric_nodal_count_conditions
 
+  !> See [[contact_formulation_t:list_owners]].
+  subroutine quasi_symmetric_nodal_list_owners(self, pair, owner)
+    class(quasi_symmetric_nodal_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer, allocatable, intent(out) :: owner(:)
+
+    allocate (owner(self%count_conditions(pair)), source=0)
+    call list_vertex_owners(pair, owner)
+
+  end subroutine quasi_symmetric_nodal_list_owners
+
   !> See [[contact_formulation_t:evaluate]].
   subroutine quasi_symmetric_nodal_evaluate(self, pair, mine, rows)
     class(quasi_symmetric_nodal_t), intent(inout) :: self
@@ -66,23 +82,27 @@ contains
 
     integer :: i, k, seen
     logical :: all_nodes(pair%n_node)
+    real(wp) :: share
 
     all_nodes = .true.
     call self%distances%prepare(pair, mine, all_nodes)
     call self%distances%find_seen(pair%n_node, self%seen_by)
+    call self%vertices%find(pair, mine)
     call rows%start(pair%n_node)
     do i = 1, self%distances%slave%n
       associate (own => self%distances%slave%item(i))
         k = own%slave
-        call rows%begin_row(k, k, -own%foot%normal, 0.5_wp * own%foot%penetration, own%area)
-        call add_penetration(own, 0.5_wp * own%area, 1.0_wp, rows)
+        share = 0.5_wp * (1.0_wp + pair%slave%vertex_share(k))
+        call rows%begin_row(k, k, -own%foot%normal, share * own%foot%penetration, own%area)
+        call add_penetration(own, share * own%area, 1.0_wp, rows)
         do seen = self%seen_by%first(k), self%seen_by%first(k + 1) - 1
           associate (other => self%distances%master%item(self%seen_by%item(seen)))
-            call add_seen(other, k, rows)
+            call add_seen(other, k, 1.0_wp - share, rows)
           end associate
         end do
       end associate
     end do
+    call self%vertices%put(rows)
 
   end subroutine quasi_symmetric_nodal_evaluate
 
@@ -110,16 +130,18 @@ contains
   end subroutine add_penetration
 
   !> Add what a master node gives to a slave node, in gap and gradient.
-  subroutine add_seen(condition, slave_node, rows)
+  subroutine add_seen(condition, slave_node, share, rows)
     type(contact_condition_t), intent(in) :: condition
     integer, intent(in) :: slave_node
+    !> Of this side in the gap [1].
+    real(wp), intent(in) :: share
     type(contact_rows_t), intent(inout) :: rows
 
     integer :: a, corner
     real(wp) :: factor, gradient(3)
 
     corner = findloc(condition%foot%node, slave_node, dim=1)
-    factor = 0.5_wp * condition%area
+    factor = share * condition%area
     associate (foot => condition%foot, row => rows%n_row)
       rows%gap(row) = rows%gap(row) &
         + factor * foot%weight(corner) * foot%penetration / rows%area(row)
@@ -159,13 +181,16 @@ contains
     type(contact_blocks_t), intent(inout) :: blocks
 
     integer :: a, b, i, n, node(4)
-    real(wp) :: climb(3, 4), mean, pressure(pair%n_node), turn(3, 4)
+    real(wp) :: climb(3, 4), mean, pressure(pair%n_node), turn(3, 4), vertex
 
     call blocks%start()
     pressure = 0.0_wp
-    do i = 1, rows%n_row
-      pressure(rows%slave(i)) = lambda(i)
-      call self%distances%slave%item(i)%stiffen(0.5_wp * lambda(i) * rows%area(i), .true., blocks)
+    do i = 1, self%distances%slave%n
+      vertex = pair%slave%vertex_share(rows%slave(i))
+      call self%distances%slave%item(i)%stiffen( &
+        0.5_wp * (1.0_wp + vertex) * lambda(i) * rows%area(i), .true., blocks)
+      ! What is left for the distances of the master's nodes
+      pressure(rows%slave(i)) = (1.0_wp - vertex) * lambda(i)
     end do
     n = pair%slave%n_dim
     do i = 1, self%distances%master%n
@@ -195,6 +220,12 @@ contains
         end do
       end associate
     end do
+    ! Those of the slave are among its conditions
+    pressure = 0.0_wp
+    do i = self%distances%slave%n + 1, rows%n_row
+      pressure(rows%slave(i)) = lambda(i)
+    end do
+    call self%vertices%stiffen(pressure, blocks)
 
   end subroutine quasi_symmetric_nodal_stiffness
 

@@ -42,6 +42,7 @@ contains
                                surface%facet_node(:, slave), surface%facet_node(:, master), n, &
                                reach, depth, keys%smoothing, keys%feature_angle * DEGREE, &
                                pair%surfaces)
+      pair%surfaces%has_vertices = .not. keys%tied
       call contact_formulation_create(keys%formulation, keys%choice, pair%formulation)
       if (.not. allocated(pair%formulation)) then
         call group%refuse('projection', 'does not go with formulation '//keys%formulation)
@@ -93,6 +94,13 @@ contains
     type(enforcement_t), intent(out) :: enforcement
     type(status_t), intent(inout) :: status
 
+    logical :: is_slave(pair%surfaces%n_node)
+    integer :: n_of_slave
+
+    ! Vertices of the master are few, and touch where no condition of the slave does
+    is_slave = .false.
+    is_slave(pair%surfaces%slave%node) = .true.
+    n_of_slave = count(is_slave(pack(owner, owner > 0)))
     enforcement = keys%enforcement
     if (pair%surfaces%is_self) then
       if (enforcement%kind == LAGRANGE) then
@@ -109,11 +117,11 @@ contains
                           'enforcement ''augmented_lagrangian''')
       end if
       enforcement%within_newton = .false.
-    else if (count(owner > 0) > size(pair%surfaces%slave%node)) then
+    else if (n_of_slave > size(pair%surfaces%slave%node)) then
       if (enforcement%kind == LAGRANGE) then
         call group%refuse('enforcement', '''lagrange'' admits one condition for each node of '// &
                           'the slave, which has '//text(size(pair%surfaces%slave%node))// &
-                          '; this variant has '//text(count(owner > 0))//', more than the '// &
+                          '; this variant has '//text(n_of_slave)//', more than the '// &
                           'surfaces can satisfy: take variant ''nodal'', formulation '// &
                           '''quasi_symmetric'' or enforcement ''augmented_lagrangian''')
       end if

@@ -9,26 +9,49 @@ pressed again, elastic blocks get the same force again, and none in between.
 
 A block driven through a face by three cells in one increment has no condition left at its end: that
 must not pass for free flight. The increment is cut, and the log says why.
+
+The corner of a square that leans by 30 degrees, or the edge of such a bar in space, is pressed on a
+level face without friction: whichever side is the slave, the force stands on that face. What is left
+is the tilt of the face, which is pressed in beside its middle: 1e-4, and 1e-2 where facets stay flat
+(the facet under the corner tilts by that) or the force follows the slope of curved ones (the
+variational `nodal`). All these formulations have the force of the corner node alone, that of
+master/slave contact. A square that leans by 3 degrees touches with a part of a face, and pushes
+aside by its tilt at most, 5 %.
+
+A block that stands on a longer one has the corners of its foot at the ends of the contact. Cut in
+half by its plane of symmetry, without friction, nothing but the contact could push it aside: that
+plane carries no force. The strain of 1e-4 tilts what is level by as much.
 """
+import math
+
 import swage_mesh_writer
 
 CASE = """
-&job units = 'mm-tonne-s' dimension = 'plane_strain' /
+&job units = 'mm-tonne-s' dimension = '{dimension}' /
 &mesh file = '{mesh}.msh' /
 &body name = 'lower' material = 'steel' group = 'LOWER_BODY' /
 &body name = 'upper' material = 'steel' group = 'UPPER_BODY' /
 &material name = 'steel' law = 'elastic' young = 210000 poisson = 0.3 /
-&boundary name = 'base' kind = 'fixed' group = 'LOWER_BOTTOM' /
-&boundary name = 'press' kind = 'displacement' group = 'UPPER_TOP' components = {components}
+&boundary name = 'base' kind = 'fixed' group = 'LOWER_{bottom}' /
+&boundary name = 'press' kind = 'displacement' group = 'UPPER_{top}' components = {components}
   displacement = {motion} /
 {more}
-&contact name = 'edge' slave = 'upper' master = 'lower' {keys} /
+&contact name = 'edge' slave = '{slave}' master = '{master}' {keys} /
 &step duration = {duration} increments = {increments} maximum_cuts = {cuts} /
 &output every = 1000 fields = 'displacement' /
 """
 FORMULATIONS = {'l2': '', 'master/slave': "formulation = 'master_slave'",
                 'points': "formulation = 'master_slave' variant = 'full'",
                 'symmetric': "formulation = 'symmetric'"}
+#: Keys, and what side force the method deserves.
+LEANING = {
+    'l2': ('', 1e-3), 'averaged': ("gap = 'averaged'", 1e-3),
+    'flat': ('smoothing = .false.', 0.02), 'slave points': ("quadrature = 'slave'", 1e-3),
+    'lumped': ("projection = 'lumped'", 1e-3), 'nodal': ("projection = 'nodal'", 0.02),
+    'interpolation': ("projection = 'interpolation'", 1e-3),
+    'multipliers': ("enforcement = 'lagrange'", 1e-3),
+    'augmented': ("enforcement = 'augmented_lagrangian'", 1e-3)}
+BOTH_WAYS = ('upper', 'lower'), ('lower', 'upper')
 #: Forces below this share of the largest are none: the tolerance of the equilibrium.
 NONE = 1e-6
 
@@ -48,6 +71,9 @@ def run(context):
         yield from slide(context, name, keys)
         yield from release(context, name, keys)
     yield from go_through(context)
+    yield from lean(context)
+    yield from lean_in_space(context)
+    yield from stand(context)
 
 
 def block(n, m, left, bottom, right, top):
@@ -55,16 +81,23 @@ def block(n, m, left, bottom, right, top):
         n, m, lambda x, y: (left + (right - left) * x, bottom + (top - bottom) * y))
 
 
-def solve(context, mesh, name, keys, motion, components="'x', 'y'", more='', duration=1,
-          increments=10):
-    text = CASE.format(mesh=mesh, keys=keys, motion=motion, components=components, more=more,
-                       duration=duration, increments=increments, cuts=10)
-    return context.run_swage(text, name=f'{mesh}_{name.replace("/", "_")}').history
+def write_case(mesh, keys, motion, components="'x', 'y'", more='', duration=1, increments=10,
+               cuts=10, slave='upper', master='lower', dimension='plane_strain',
+               faces=('BOTTOM', 'TOP')):
+    return CASE.format(mesh=mesh, keys=keys, motion=motion, components=components, more=more,
+                       duration=duration, increments=increments, cuts=cuts, slave=slave,
+                       master=master, dimension=dimension, bottom=faces[0], top=faces[1])
+
+
+def solve(context, mesh, name, keys, motion, **more):
+    name = f'{mesh}_{name}'.replace('/', '_').replace(' ', '_')
+    return context.run_swage(write_case(mesh, keys, motion, **more), name=name).history
 
 
 def slide(context, name, keys):
     history = solve(
-        context, 'off', name, keys, '7, 0, 0 time = 0, 0.2, 2 factor = 0, 0, 1', "'x'", duration=2,
+        context, 'off', name, keys, '7, 0, 0 time = 0, 0.2, 2 factor = 0, 0, 1',
+        components="'x'", duration=2,
         more="&boundary name = 'down' kind = 'displacement' group = 'UPPER_TOP' components = 'y'\n"
              '  displacement = 0, -0.02, 0 time = 0, 0.2, 2 factor = 0, 1, 1 /', increments=80)
     force = [-value for value in history['reaction_press_y']]
@@ -86,8 +119,70 @@ def release(context, name, keys):
 
 
 def go_through(context):
-    text = CASE.format(mesh='above', keys='', components="'x', 'y'", more='', duration=1,
-                       motion='0, -3.5, 0 time = 0, 1 factor = 0, 1', increments=1, cuts=0)
+    text = write_case('above', '', '0, -3.5, 0 time = 0, 1 factor = 0, 1', increments=1, cuts=0)
     done = context.run_swage(text, name='through', expect_exit=4)
     yield context.zero('through in one increment: messages that do not say so',
                        int('bodies go through each other' not in done.output), 0)
+
+
+def formulations(context):
+    return [(name, item) for name, item in LEANING.items()
+            if not context.quick or name in ('l2', 'nodal', 'multipliers')]
+
+
+def turned(degrees, side, foot):
+    """Where a point of the unit square is in one that leans."""
+    cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return lambda x, y: (foot[0] + side * (cosine * x - sine * y),
+                         foot[1] + side * (sine * x + cosine * y))
+
+
+def lean(context):
+    base = block(10, 6, 0, 0, 10, 6)
+    for degrees in (3, 30):
+        context.bodies(f'lean_{degrees}', {'LOWER': base, 'UPPER': swage_mesh_writer.rectangle_mesh(
+            4, 4, turned(degrees, 4, (4.7, 6)))})
+    _, reference = press(context, 'lean_30', 'nodes', "formulation = 'master_slave'")
+    for name, (keys, tolerance) in formulations(context):
+        for slave, master in BOTH_WAYS:
+            label = f'{name}, {slave} as slave'
+            side, force = press(context, 'lean_30', label, keys, slave=slave, master=master)
+            yield context.zero(f'{label}, leaning: side force', side, tolerance)
+            if name not in ('multipliers', 'augmented'):
+                yield context.row(f'{label}, leaning: force', force, reference, tolerance)
+    for slave, master in BOTH_WAYS:
+        side, _ = press(context, 'lean_3', f'{slave} as slave', '', slave=slave, master=master)
+        yield context.zero(f'l2, {slave} as slave, leaning by 3 degrees: side force', side, 0.05)
+
+
+def lean_in_space(context):
+    lean_by = turned(30, 3, (2.4, 3))
+    base = swage_mesh_writer.box_mesh(5, 3, 3, lambda x, y, z: (5 * x, 3 * y, 3 * z))
+    bar = swage_mesh_writer.box_mesh(3, 3, 2, lambda x, y, z: (*lean_by(x, y), 0.5 + 2 * z))
+    context.bodies('bar', {'LOWER': base, 'UPPER': bar})
+    for slave, master in BOTH_WAYS:
+        side, _ = press(context, 'bar', f'{slave} as slave', '', slave=slave, master=master,
+                        dimension='3d', components="'x', 'y', 'z'", faces=('YMIN', 'YMAX'))
+        yield context.zero(f'l2, bar on its edge, {slave} as slave: side force', side, 1e-3)
+
+
+def press(context, mesh, name, keys, **more):
+    """Side force by the force, and the force."""
+    history = solve(context, mesh, name, keys, '0, -0.1, 0 time = 0, 1 factor = 0, 1',
+                    increments=5, **more)
+    force = -history['reaction_press_y'][-1]
+    return history['reaction_press_x'][-1] / force, force
+
+
+def stand(context):
+    context.bodies('stand', {'LOWER': block(10, 6, 0, 0, 10, 6), 'UPPER': block(4, 4, 0, 6, 4, 10)})
+    for name, (keys, _) in formulations(context):
+        for slave, master in BOTH_WAYS:
+            label = f'{name}, {slave} as slave'
+            history = solve(
+                context, 'stand', label, keys, '0, -0.0004, 0 time = 0, 1 factor = 0, 1',
+                components="'y'", increments=2, slave=slave, master=master,
+                more="&boundary name = 'cut' kind = 'symmetry' group = 'UPPER_LEFT' /\n"
+                     "&boundary name = 'cut_below' kind = 'symmetry' group = 'LOWER_LEFT' /")
+            yield context.zero(f'{label}, standing: side force', history['reaction_cut_x'][-1]
+                               / history['reaction_press_y'][-1], 1e-3)
