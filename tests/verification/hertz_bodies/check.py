@@ -187,22 +187,28 @@ def ball_on_ball(context, n=10):
 
 
 def draw(context, pairs):
-    """Pressures of all formulations on Hertz's curve."""
+    """Pressures of all formulations on Hertz's curve: quasi-symmetric ones above, the others below."""
     import matplotlib.pyplot as plt
-    figure, panels = plt.subplots(1, len(pairs), figsize=(13, 5.5), sharey=True)
-    for axes, pair in zip(panels, pairs):
-        along = numpy.linspace(0, 1, 200)
-        axes.plot(along, numpy.sqrt(1 - along**2), color='black', linewidth=1, label='Hertz')
-        for number, (name, (x, pressure)) in enumerate(pair.profiles.items()):
-            near = x < 1.3 * pair.half_width
-            if name in AT_POINTS:
-                # Nodes that own no point
-                near &= (pressure > 0) | (x > pair.half_width)
-            axes.plot(x[near] / pair.half_width, pressure[near] / pair.peak, linewidth=0.8,
-                      marker='osv^D<>ph*xd+1'[number], markersize=4, label=name)
-        axes.set(xlabel='x/a', title=pair.name)
-    panels[0].set_ylabel('pressure by p0')
-    panels[0].legend(fontsize=8)
+    figure, panels = plt.subplots(2, len(pairs), figsize=(13, 10), sharex=True, sharey=True)
+    along = numpy.linspace(0, 1, 200)
+    for row, quasi_symmetric in zip(panels, (True, False)):
+        names = [name for name, keys in FORMULATIONS.items() if keys.startswith(L2) == quasi_symmetric]
+        for axes, pair in zip(row, pairs):
+            axes.plot(along, numpy.sqrt(1 - along**2), color='black', linewidth=1, label='Hertz')
+            for number, name in enumerate(names):
+                x, pressure = pair.profiles[name]
+                near = x < 1.3 * pair.half_width
+                if name in AT_POINTS:
+                    # Nodes that own no point
+                    near &= (pressure > 0) | (x > pair.half_width)
+                axes.plot(x[near] / pair.half_width, pressure[near] / pair.peak, linewidth=0.8,
+                          marker='osv^D<>ph'[number], markersize=4, label=name)
+        row[0].set_ylabel('pressure by p0')
+        row[0].legend(fontsize=8, loc='lower left')
+    for axes, pair in zip(panels[0], pairs):
+        axes.set_title(pair.name)
+    for axes in panels[-1]:
+        axes.set_xlabel('x/a')
     figure.tight_layout()
     figure.savefig(context.folder / 'profile.png', dpi=110)
     plt.close(figure)
