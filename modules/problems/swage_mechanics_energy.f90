@@ -145,10 +145,13 @@ contains
       stress(:, 2) = self%deviator_new(:, cell)
 
       plastic = deviator(strain) - compliance * (stress(:, 2) - stress(:, 1))
-      ! While pressure and deviator grow in proportion the latter works on a mean of the volumes
+      ! While the logarithm of the volume and the deviator grow in proportion the latter works on a
+      ! mean of the volumes
       mean_volume = volume(2)
       if (.not. element%fixed_geometry) then
-        mean_volume = mean_volume * exp(-element%log_volume_new(i) / 3.0_wp)
+        associate (log_volume => element%log_volume_new(i))
+          mean_volume = mean_volume * exp(-log_volume) * 2.0_wp * relative_energy(-log_volume)
+        end associate
       end if
       step%elastic = step%elastic &
         + 0.5_wp * mean_volume * compliance * dot_product(stress(:, 2), stress(:, 2)) &
