@@ -238,7 +238,10 @@ contains
   pure subroutine find_expected(matrix)
     type(coupling_matrix_t), intent(inout) :: matrix
 
-    integer :: i, next
+    !> Steps along a row before it is worth a bisection.
+    integer, parameter :: MOST_STEPS = 4
+
+    integer :: i, last, next
 
     if (size(matrix%expected_place) /= size(matrix%expected_row)) then
       deallocate (matrix%expected_place)
@@ -248,7 +251,13 @@ contains
     do i = 1, size(matrix%expected_row)
       associate (row => matrix%expected_row(i), column => matrix%expected_column(i))
         ! Lists often run along a row
-        if (next < matrix%row_start(row) .or. next >= matrix%row_start(row + 1)) then
+        next = max(next, matrix%row_start(row))
+        last = min(next + MOST_STEPS, matrix%row_start(row + 1)) - 1
+        do while (next < last)
+          if (matrix%column(next) >= column) exit
+          next = next + 1
+        end do
+        if (next > last) then
           next = matrix%block_at(row, column)
         else if (matrix%column(next) /= column) then
           next = matrix%block_at(row, column)
@@ -412,6 +421,8 @@ contains
     do i = 1, self%n_node
       do k = self%row_start(i), self%row_start(i + 1) - 1
         j = self%column(k)
+        ! Along the axes of the space, and nothing prescribed
+        if (nint(count_of(1, i)) == 0 .and. nint(count_of(1, j)) == 0) cycle
         call turn(self%values(:, :, k), all_axes(:, i), all_axes(:, j))
         call turn(self%unsymmetric(:, :, k), all_axes(:, i), all_axes(:, j))
         product(:, i) = product(:, i) + matmul(self%values(:, :, k), all_rest(:, j))
@@ -457,19 +468,65 @@ contains
     real(wp), intent(inout) :: y(:, :)
 
     real(wp), allocatable :: all_x(:, :), product(:, :)
-    integer :: i, k
 
-    allocate (all_x(self%n_dim, self%n_node))
+    allocate (all_x(self%n_dim, self%n_node), product(self%n_dim, self%n_node))
     call self%gather(x(:self%n_dim, :), all_x)
-    allocate (product(self%n_dim, self%n_node), source=0.0_wp)
-    do i = 1, self%n_node
-      do k = self%row_start(i), self%row_start(i + 1) - 1
-        product(:, i) = product(:, i) + matmul(self%values(:, :, k), all_x(:, self%column(k)))
-      end do
-    end do
+    if (self%n_dim == 3) then
+      call multiply_blocks_of_3(self%n_node, self%n_block(), self%row_start, self%column, &
+                                self%values, all_x, product)
+    else
+      call multiply_blocks_of_2(self%n_node, self%n_block(), self%row_start, self%column, &
+                                self%values, all_x, product)
+    end if
     call self%scatter_sum(product, y)
 
   end subroutine coupling_matrix_multiply_add
+
+  !> Product of this rank's blocks; their size is fixed, so that they stay in registers.
+  pure subroutine multiply_blocks_of_3(n_node, n_block, row_start, column, values, x, y)
+    integer, intent(in) :: n_node, n_block
+    integer, intent(in) :: row_start(n_node + 1)
+    integer, intent(in) :: column(n_block)
+    real(wp), intent(in) :: values(3, 3, n_block)
+    real(wp), intent(in) :: x(3, n_node)
+    real(wp), intent(out) :: y(3, n_node)
+
+    real(wp) :: a(3)
+    integer :: i, j, k
+
+    do i = 1, n_node
+      a = 0.0_wp
+      do k = row_start(i), row_start(i + 1) - 1
+        j = column(k)
+        a = a + values(:, 1, k) * x(1, j) + values(:, 2, k) * x(2, j) + values(:, 3, k) * x(3, j)
+      end do
+      y(:, i) = a
+    end do
+
+  end subroutine multiply_blocks_of_3
+
+  !> The same in the plane.
+  pure subroutine multiply_blocks_of_2(n_node, n_block, row_start, column, values, x, y)
+    integer, intent(in) :: n_node, n_block
+    integer, intent(in) :: row_start(n_node + 1)
+    integer, intent(in) :: column(n_block)
+    real(wp), intent(in) :: values(2, 2, n_block)
+    real(wp), intent(in) :: x(2, n_node)
+    real(wp), intent(out) :: y(2, n_node)
+
+    real(wp) :: a(2)
+    integer :: i, j, k
+
+    do i = 1, n_node
+      a = 0.0_wp
+      do k = row_start(i), row_start(i + 1) - 1
+        j = column(k)
+        a = a + values(:, 1, k) * x(1, j) + values(:, 2, k) * x(2, j)
+      end do
+      y(:, i) = a
+    end do
+
+  end subroutine multiply_blocks_of_2
 
   subroutine coupling_matrix_add_diagonal(self, diagonal)
     class(coupling_matrix_t), intent(in) :: self
