@@ -122,7 +122,7 @@ contains
     class(mechanics_t), intent(inout) :: self
 
     integer, allocatable :: columns(:), rows(:)
-    integer :: i, n, version
+    integer :: i, n
 
     n = 0
     do i = 1, size(self%pairs)
@@ -134,110 +134,13 @@ contains
       call list_blocks(self%pairs(i)%blocks, n, rows, columns)
       call list_blocks(self%pairs(i)%unsymmetric, n, rows, columns)
     end do
-    version = self%matrix%coupling%version
     call self%matrix%coupling%expect(rows, columns)
-    if (self%matrix%coupling%version /= version) then
-      call expect_sliding(self)
-      call self%matrix%coupling%expect(rows, columns)
-    end if
     do i = 1, size(self%pairs)
       call add_blocks(self%pairs(i)%blocks, .false., self%matrix%coupling)
       call add_blocks(self%pairs(i)%unsymmetric, .true., self%matrix%coupling)
     end do
 
   end subroutine add_stiffness
-
-  !> Collective. Let the pattern, which has to grow, hold what the next steps will want when bodies
-  !> slide on as they do: a new pattern costs a new analysis of the factors.
-  subroutine expect_sliding(self)
-    class(mechanics_t), intent(inout) :: self
-
-    !> How far sliding is foreseen, and in what strides, by the cell size [1].
-    real(wp), parameter :: FORESEEN = 2.0_wp, STRIDE = 0.5_wp
-    !> Steps of the present length after which bodies may go any way.
-    real(wp), parameter :: MOST_STEPS = 20.0_wp
-    !> Slip by the cell size in a step that does not count as sliding [1].
-    real(wp), parameter :: STANDING = 1.0e-3_wp
-    !> Gap by the reach that closes before that [1].
-    real(wp), parameter :: NEAR = 0.1_wp
-
-    type(contact_rows_t) :: ahead
-    integer, allocatable :: columns(:), rows(:)
-    real(wp) :: slip, steps
-    integer :: i, k, n, n_stride
-
-    allocate (rows(64), columns(64))
-    n = 0
-    do i = 1, size(self%pairs)
-      associate (pair => self%pairs(i))
-        slip = 0.0_wp
-        if (any(pair%contact%active)) then
-          slip = maxval(norm2(pair%contact%slip, dim=1) / pair%contact%size, &
-                        mask=pair%contact%active)
-        end if
-        call self%comm%max(slip)
-        if (pair%contact%is_tied) cycle
-        call list_pairs_of_nodes(pair%rows, -NEAR * pair%surfaces%reach, n, rows, columns)
-        if (slip < STANDING) cycle
-        steps = min(FORESEEN / slip, MOST_STEPS)
-        n_stride = ceiling(steps * slip / STRIDE)
-        do k = 1, n_stride
-          call pair%surfaces%update(self%surface_moved + (steps * k / n_stride) &
-                                    * (self%surface_moved - self%surface_start))
-          call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, ahead)
-          call list_pairs_of_nodes(ahead, -NEAR * pair%surfaces%reach, n, rows, columns)
-        end do
-        ! What the formulation has found last belongs to the present
-        call pair%surfaces%update(self%surface_moved)
-        call pair%formulation%evaluate(pair%surfaces, self%surface%is_own, ahead)
-      end associate
-    end do
-    call self%matrix%coupling%expect(rows(:n), columns(:n))
-
-  end subroutine expect_sliding
-
-  !> Append all pairs of nodes of each condition.
-  pure subroutine list_pairs_of_nodes(conditions, least_gap, n, rows, columns)
-    type(contact_rows_t), intent(in) :: conditions
-    !> Conditions whose bodies are further apart do not count, negative [length].
-    real(wp), intent(in) :: least_gap
-    !> Places so far.
-    integer, intent(inout) :: n
-    !> Made longer where they are too short.
-    integer, allocatable, intent(inout) :: rows(:)
-    integer, allocatable, intent(inout) :: columns(:)
-
-    integer :: j, k, row
-
-    do row = 1, conditions%n_row
-      if (conditions%gap(row) < least_gap) cycle
-      associate (first => conditions%first(row), last => conditions%first(row + 1) - 1)
-        do j = first, last
-          do k = first, last
-            if (n == size(rows)) then
-              call lengthen(rows)
-              call lengthen(columns)
-            end if
-            n = n + 1
-            rows(n) = conditions%node(j)
-            columns(n) = conditions%node(k)
-          end do
-        end do
-      end associate
-    end do
-
-  end subroutine list_pairs_of_nodes
-
-  pure subroutine lengthen(list)
-    integer, allocatable, intent(inout) :: list(:)
-
-    integer, allocatable :: longer(:)
-
-    allocate (longer(2 * size(list)))
-    longer(:size(list)) = list
-    call move_alloc(longer, list)
-
-  end subroutine lengthen
 
   !> Append the places of blocks to lists.
   pure subroutine list_blocks(blocks, n, rows, columns)

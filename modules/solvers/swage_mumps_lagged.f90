@@ -39,6 +39,8 @@ module swage_mumps_lagged
   !> 2000 to 10 000 nodes; machines differ, the best time to factorise hardly does.
   real(wp), parameter :: READS_PER_ENTRY = 18.0_wp
   real(wp), parameter :: OPERATIONS_PER_READ = 110.0_wp
+  !> Time of an analysis likewise, for each entry of the matrix.
+  real(wp), parameter :: READS_PER_ENTRY_ANALYSED = 50.0_wp
   !> Fewest iterations that old factors are given, and most that fresh ones are.
   integer, parameter :: LEAST_PATIENCE = 12
   integer, parameter :: MOST_PATIENCE = 100
@@ -76,8 +78,9 @@ module swage_mumps_lagged
     !> `WITHOUT_PIVOTING` or `SYMMETRIC`.
     integer :: kind = SYMMETRIC
     real(wp) :: low_rank = 0.0_wp
-    !> Costs, in entries read: of a factorisation, and of an iteration.
+    !> Costs, in entries read: of a factorisation, of an analysis, and of an iteration.
     real(wp) :: cost_of_factors = 0.0_wp
+    real(wp) :: cost_of_analysis = 0.0_wp
     real(wp) :: cost_of_iteration = 1.0_wp
     !> Since the last factorisation: fewest iterations for a digit, iterations beyond that,
     !> solutions and iterations.
@@ -102,6 +105,7 @@ module swage_mumps_lagged
     procedure, private :: analyse => lagged_analyse
     procedure, private :: renew => lagged_renew
     procedure, private :: iterate => lagged_iterate
+    procedure, private :: cost_of_renewal => lagged_cost_of_renewal
     procedure, private :: factorise_directly => lagged_factorise_directly
     procedure, private :: solve_directly => lagged_solve_directly
   end type lagged_solver_t
@@ -176,7 +180,7 @@ contains
     type(block_matrix_t), intent(in) :: matrix
     type(status_t), intent(inout) :: status
 
-    real(wp) :: entries, operations
+    real(wp) :: entries, matrix_entries, operations
 
     ! Where this fails there are no factors to go on with
     self%is_due = .true.
@@ -206,7 +210,9 @@ contains
                 number_text(entries)//' entries, '//text(factor%get_memory())// &
                 ' MB on the largest rank')
       self%cost_of_factors = READS_PER_ENTRY * entries + operations / OPERATIONS_PER_READ
-      self%cost_of_iteration = entries + count_entries(layout%comm, matrix)
+      matrix_entries = count_entries(layout%comm, matrix)
+      self%cost_of_analysis = READS_PER_ENTRY_ANALYSED * matrix_entries
+      self%cost_of_iteration = entries + matrix_entries
     end associate
     self%rate = huge(1.0_wp)
     self%excess = 0.0_wp
@@ -311,7 +317,7 @@ contains
     if (.not. self%is_fresh) then
       patience = max(LEAST_PATIENCE, &
                      int(min(real(MOST_PATIENCE, wp), &
-                             self%cost_of_factors / self%cost_of_iteration)))
+                             self%cost_of_renewal(matrix) / self%cost_of_iteration)))
     end if
     associate (system => self%system)
       n_own = system%layout%n_own_node
@@ -336,9 +342,20 @@ contains
     self%n_solution_since = self%n_solution_since + 1
     self%rate = min(self%rate, report%n_iteration / digits)
     self%excess = self%excess + report%n_iteration - self%rate * digits
-    self%is_due = self%excess * self%cost_of_iteration > self%cost_of_factors
+    self%is_due = self%excess * self%cost_of_iteration > self%cost_of_renewal(matrix)
 
   end subroutine lagged_iterate
+
+  !> Of a factorisation, and of an analysis where the pattern has grown.
+  pure function lagged_cost_of_renewal(self, matrix) result(cost)
+    class(lagged_solver_t), intent(in) :: self
+    type(block_matrix_t), intent(in) :: matrix
+    real(wp) :: cost
+
+    cost = self%cost_of_factors
+    if (.not. self%system%factor%fits(matrix)) cost = cost + self%cost_of_analysis
+
+  end function lagged_cost_of_renewal
 
   !> Solve with the factors in double precision of the matrix in hand.
   subroutine lagged_solve_directly(self, right_hand_side, solution, status)
@@ -403,8 +420,8 @@ contains
     call linear_solver_save(self, snapshot)
     call snapshot%put('solver: counts', [self%n_solution_since, self%n_iteration_since, &
                                          self%n_direct, self%kind, self%system%factor%version])
-    call snapshot%put('solver: costs', [self%cost_of_factors, self%cost_of_iteration, self%rate, &
-                                        self%excess])
+    call snapshot%put('solver: costs', [self%cost_of_factors, self%cost_of_analysis, &
+                                        self%cost_of_iteration, self%rate, self%excess])
     call snapshot%put('solver: is due', self%is_due)
     if (self%is_due .or. .not. self%system%factor%is_factorised) return
     call self%system%factor%get_matrix(values, scale)
@@ -421,7 +438,7 @@ contains
     type(status_t), intent(inout) :: status
 
     real(wp), allocatable :: scale(:, :), values(:)
-    real(wp) :: costs(4)
+    real(wp) :: costs(5)
     integer :: counts(5), lost
 
     call linear_solver_load(self, snapshot, matrix, status)
@@ -437,9 +454,10 @@ contains
     self%n_direct = counts(3)
     self%kind = counts(4)
     self%cost_of_factors = costs(1)
-    self%cost_of_iteration = costs(2)
-    self%rate = costs(3)
-    self%excess = costs(4)
+    self%cost_of_analysis = costs(2)
+    self%cost_of_iteration = costs(3)
+    self%rate = costs(4)
+    self%excess = costs(5)
 
     self%is_due = self%is_due .or. .not. snapshot%has(SAVED_VALUES)
     if (self%is_due) return
