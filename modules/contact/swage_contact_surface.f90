@@ -32,8 +32,8 @@ module swage_contact_surface
   public :: contact_surface_t, contact_surface_create
   public :: DEFAULT_FEATURE_ANGLE
 
-  !> Angle between the normals of neighbours from which on an edge is sharp, 40 degrees [radian].
-  real(wp), parameter :: DEFAULT_FEATURE_ANGLE = 40.0_wp / 180.0_wp * acos(-1.0_wp)
+  !> Angle between the normals of neighbours from which on an edge is sharp [angle], radian.
+  real(wp), parameter :: DEFAULT_FEATURE_ANGLE = 0.7_wp
 
   real(wp), parameter :: TWO_PI = 2.0_wp * acos(-1.0_wp)
   !> How much more a facet gapes than another one, and than a vertex, by its size, from which on it

@@ -3,6 +3,7 @@ module swage_contact_keys
   use swage_body_contact, only: start_fit_t
   use swage_contact_formulation, only: CHOICE_LENGTH, contact_choice_t
   use swage_contact_formulation_registry, only: contact_formulation_names
+  use swage_contact_surface, only: DEFAULT_FEATURE_ANGLE
   use swage_group, only: group_t
   use swage_kinds, only: wp
   use swage_text, only: text
@@ -35,8 +36,8 @@ module swage_contact_keys
     character(len=:), allocatable :: formulation
     type(contact_choice_t) :: choice
     logical :: smoothing = .true.
-    !> [degrees]
-    real(wp) :: feature_angle = 40.0_wp
+    !> [angle], radian.
+    real(wp) :: feature_angle = DEFAULT_FEATURE_ANGLE
     type(start_fit_t) :: fit
     !> Surfaces stay together as they are drawn, those up to `adjust` apart where it is given.
     logical :: tied = .false.
@@ -86,7 +87,7 @@ contains
     call group%take('penalty_factor', keys%penalty, '1', 'Contact pressure by penetration, as '// &
                     'a multiple of the stiffness of a cell; without it 100 where surfaces are '// &
                     'tied. With multipliers as unknowns the result does not depend on it, and '// &
-                    'more than '//text(STIFFEST)//' is taken for that.', above=0.0_wp)
+                    'a larger one than '//text(STIFFEST)//' counts as that.', above=0.0_wp)
     call group%take('tangential_factor', keys%tangential, '1', 'Friction stress by slip of a '// &
                     'law that bonds, as a multiple of that of the pressure.', above=0.0_wp)
     associate (rule => keys%enforcement)
@@ -100,10 +101,10 @@ contains
                       'multipliers in an increment after which it is taken as it is.', lower=1)
     end associate
     call group%take('sliding_inertia', keys%inertia, '1', 'Resistance of nodes that rub on the '// &
-                    'tool to a slip that deviates by more than 5 % of a cell from that of the '// &
-                    'last increments, as a multiple of the flow stress by the cell size: keeps '// &
-                    'nodes at an edge from snapping.', lower=0.0_wp)
-    call group%take('separation', keys%separation, 'False: nodes that touch stay on the tool, '// &
+                    'master to a slip that deviates by more than 5 % of a cell from that of '// &
+                    'the last increments, as a multiple of the flow stress by the cell size: '// &
+                    'keeps nodes at an edge from snapping.', lower=0.0_wp)
+    call group%take('separation', keys%separation, 'False: what touches stays on the master, '// &
                     'and the contact carries tension.')
     call take_formulation(group, keys)
     if (keys%tied .and. .not. group%given('penalty_factor')) keys%penalty = STIFF_TIE
@@ -201,8 +202,8 @@ contains
                     'where integrals are not clipped.', lower=1)
     call group%take('smoothing', keys%smoothing, 'Facets curved to normals interpolated '// &
                     'between nodes, instead of flat ones.')
-    call group%take('feature_angle', keys%feature_angle, 'angle', 'Angle between normals of '// &
-                    'facets from which on an edge is sharp.', above=0.0_wp, below=180.0_wp)
+    call group%take('feature_angle', keys%feature_angle, 'angle', 'Facets that meet at a '// &
+                    'larger angle, in radian, keep a sharp edge.', above=0.0_wp, upper=1.5_wp)
     call group%take('adjust', keys%fit%tolerance, 'length', 'Gaps and overlaps of the drawing '// &
                     'up to this size count as none.', lower=0.0_wp)
     call group%take('interference', keys%fit%interference, 'length', 'Overlap that bodies have '// &

@@ -18,8 +18,6 @@ contains
 
   module procedure create_pair
 
-    real(wp), parameter :: DEGREE = acos(-1.0_wp) / 180.0_wp
-
     real(wp), allocatable :: all_nodal(:, :), penalty(:)
     type(enforcement_t) :: enforcement
     integer, allocatable :: owner(:)
@@ -40,7 +38,7 @@ contains
       end if
       call contact_pair_create(self%mesh%dimension, self%settings%kind == AXISYMMETRIC, &
                                surface%facet_node(:, slave), surface%facet_node(:, master), n, &
-                               reach, depth, keys%smoothing, keys%feature_angle * DEGREE, &
+                               reach, depth, keys%smoothing, keys%feature_angle, &
                                pair%surfaces)
       pair%surfaces%has_vertices = .not. keys%tied
       call contact_formulation_create(keys%formulation, keys%choice, pair%formulation)
