@@ -38,8 +38,6 @@ module swage_contact_overlap
     real(wp) :: area = 0.0_wp
     !> [length]
     real(wp) :: penetration = 0.0_wp
-    !> How much of it is by the patches of both sides over their facets [length].
-    real(wp) :: bulge = 0.0_wp
     !> Out of the slave.
     real(wp) :: normal(3) = 0.0_wp
     !> Derivative of the penetration by a motion of the point.
@@ -234,7 +232,6 @@ contains
       if (.not. meets) return
       from = slave%point(f, point%slave_weight) - master%x(:, master%facet(1, m))
       height = dot_product(master%normal(:, m), from)
-      point%bulge = -height / cosine
       rise = slave%rise(f, point%slave_weight)
       from = from + rise * slave%normal(:, f)
       height = height + rise * dot_product(master%normal(:, m), slave%normal(:, f))
@@ -249,7 +246,6 @@ contains
         end do
         point%climb = point%climb - matmul(gradient, master%rise_by_weight(m, point%master_weight))
       end if
-      point%bulge = point%bulge + point%penetration
       meets = point%penetration >= -pair%reach .and. &
         point%penetration <= pair%depth_at(slave%facet(:, f)) .and. &
         dot_product(point%climb, point%normal) < -SLANTED

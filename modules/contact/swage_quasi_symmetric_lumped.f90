@@ -7,6 +7,10 @@
 !> The dual gap distributes positions as forces are,
 !> \(g_k = \frac{1}{A_k} \int N_k\, n \cdot (x - \sum_j N_j^b \tilde x_j)\, dS\) with
 !> \(\tilde x = \mathrm{diag}(A_b)^{-1} M_{bb}\, x\); `averaged` is that of [[swage_averaged_gap]].
+!> On smoothed surfaces it is that of the points themselves, \(\frac{1}{A_k} \int N_k\, p\, dS\):
+!> \(\tilde x\) lies \(h^2 / 6R\) under a curved surface, and beside x, at a rim by \(h / 3\), so
+!> that a turn of the normal, which is not in the derivatives, would change the gap by as much as
+!> what the bodies do. The tangent is not symmetric then.
 !> Derivatives are those for fixed points on the slave; smoothed normals count as fixed in them.
 !> Source: eq. 11 of the paper in docs/theory.
 module swage_quasi_symmetric_lumped
@@ -106,7 +110,7 @@ contains
     end do
     if (self%averaged) then
       call self%distances%prepare(pair, mine, asked)
-    else
+    else if (.not. pair%smoothing) then
       call spread_positions(pair, asked, spread)
     end if
     meeting = 0.0_wp
@@ -153,15 +157,21 @@ contains
         call self%distances%finish_row(pair%slave%vertex_share(node), met(:n_met), &
                                        meeting(met(:n_met)), rows)
       else
-        ! What the forces have is the derivative for fixed points and normals
-        do i = rows%first(rows%n_row), rows%first(rows%n_row + 1) - 1
-          rows%slope(:, i) = -rows%force(:, i)
-        end do
+        if (.not. pair%smoothing) then
+          ! What the forces have is the derivative for fixed points and normals
+          do i = rows%first(rows%n_row), rows%first(rows%n_row + 1) - 1
+            rows%slope(:, i) = -rows%force(:, i)
+          end do
+        end if
         do i = pair%slave%first(node), pair%slave%first(node + 1) - 1
           do q = self%overlap%first(pair%slave%around(i)), &
             self%overlap%first(pair%slave%around(i) + 1) - 1
-            call add_dual_gap(pair, self%overlap%point(q), pair%slave%around_corner(i), spread, &
-                              gap, rows)
+            if (pair%smoothing) then
+              call add_own_gap(pair, self%overlap%point(q), pair%slave%around_corner(i), gap, rows)
+            else
+              call add_dual_gap(pair, self%overlap%point(q), pair%slave%around_corner(i), spread, &
+                                gap, rows)
+            end if
           end do
         end do
         rows%gap(rows%n_row) = gap / area
@@ -226,9 +236,8 @@ contains
       beside = beside + point%master_weight(a) * (x - spread(:, j))
       turned = turned + dot_product(point%normal, x - spread(:, j)) * pull(:, a)
     end do
-    gap = gap + whole * (dot_product(point%normal, beside) + point%bulge)
-    gradient = 0.0_wp
-    if (.not. pair%smoothing) gradient = pair%slave%gradients(point%slave_facet)
+    gap = gap + whole * dot_product(point%normal, beside)
+    gradient = pair%slave%gradients(point%slave_facet)
     do a = 1, pair%slave%n_dim
       slope = point%slave_weight(a) * turned + (point%penetration &
         * dot_product(turned, gradient(:, a)) - dot_product(beside, gradient(:, a))) * point%normal
@@ -238,6 +247,31 @@ contains
     end do
 
   end subroutine add_dual_gap
+
+  !> Add what a point of smoothed surfaces gives to area times gap, and to its derivative.
+  subroutine add_own_gap(pair, point, corner, gap, rows)
+    type(contact_pair_t), intent(in) :: pair
+    type(overlap_point_t), intent(in) :: point
+    integer, intent(in) :: corner
+    real(wp), intent(inout) :: gap
+    type(contact_rows_t), intent(inout) :: rows
+
+    real(wp), parameter :: NO_FORCE(3) = 0.0_wp
+
+    integer :: a
+    real(wp) :: slope(3), whole
+
+    whole = pair%slave%face_share(point%slave_facet, corner) &
+      * point%area * point%slave_weight(corner)
+    gap = gap + whole * point%penetration
+    do a = 1, pair%slave%n_dim
+      slope = whole * point%slave_weight(a) * point%climb
+      call rows%add(pair%slave%facet(a, point%slave_facet), NO_FORCE, slope, 0.0_wp)
+      slope = -whole * point%master_weight(a) * point%climb
+      call rows%add(pair%master%facet(a, point%master_facet), NO_FORCE, slope, 0.0_wp)
+    end do
+
+  end subroutine add_own_gap
 
   subroutine add_slave_side(self, pair, node, rows)
     type(quasi_symmetric_lumped_t), intent(in) :: self

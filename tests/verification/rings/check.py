@@ -115,6 +115,9 @@ def loads(context):
     p, u = press(context, 40, 52, 8, *soft, swap=True)
     yield context.zero('roles swapped: pressure', p, 0.02)
     yield context.zero('roles swapped: u', u, 0.02)
+    p, u = press(context, 40, 52, 8, *soft, keys="projection = 'lumped'")
+    yield context.zero('lumped: pressure', p, 0.02)
+    yield context.zero('lumped: u', u, 0.02)
     p, u = press(context, 80, 104, 16, *soft)
     yield context.zero('80 on 104: pressure', p, 0.01)
     yield context.zero('80 on 104: u', u, 0.01)
@@ -195,6 +198,8 @@ def turns(context):
         (b**2 - a**2) * (c**2 - b**2) / (2 * b**2 * (c**2 - a**2)))
     torque = 2 * math.pi * b**2 * FRICTION * pressure
     context.bodies('turned', {'INNER': ring(a, b, 40, 4), 'OUTER': ring(b, c, 52, 4)})
+    lumped, _ = turn(context, 10, "projection = 'lumped'", 'lumped')
+    yield context.zero('lumped, 10 degrees: pressure', abs(lumped / pressure - 1).max(), 0.02)
     ripples, curves = {}, {}
     for title, keys in (('smoothed', ''), ('flat facets', 'smoothing = .false. adjust = 0.02')):
         degrees = 60 if context.quick else 360
