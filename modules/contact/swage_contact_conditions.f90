@@ -44,6 +44,8 @@ module swage_contact_conditions
   contains
     !> Add one.
     procedure :: append => condition_list_append
+    !> Add the derivatives of the forces of rows that are those of the list, in its order.
+    procedure :: stiffen => condition_list_stiffen
   end type condition_list_t
 
 contains
@@ -314,5 +316,24 @@ contains
     self%item(self%n) = condition
 
   end subroutine condition_list_append
+
+  subroutine condition_list_stiffen(self, rows, lambda, reacts, blocks)
+    class(condition_list_t), intent(in) :: self
+    type(contact_rows_t), intent(in) :: rows
+    !> Pressures [stress]; shape (n_row).
+    real(wp), intent(in) :: lambda(:)
+    !> True when the master gets the opposite force.
+    logical, intent(in) :: reacts
+    type(contact_blocks_t), intent(inout) :: blocks
+
+    integer :: i
+
+    do i = 1, self%n
+      if (abs(lambda(i)) > 0.0_wp) then
+        call self%item(i)%stiffen(lambda(i) * rows%area(i), reacts, blocks)
+      end if
+    end do
+
+  end subroutine condition_list_stiffen
 
 end module swage_contact_conditions

@@ -23,13 +23,16 @@ module swage_contact_formulation
     character(len=CHOICE_LENGTH) :: quadrature = 'clipped'
     !> Points on a slave facet of the variant `full` and the quadrature `slave`.
     integer :: n_point = 3
+  contains
+    !> Conditions on a facet by `variant`, 0 where they are at the nodes.
+    procedure :: points_on_facet => contact_choice_points_on_facet
   end type contact_choice_t
 
   !> A formulation. It keeps what its last evaluation has found for the stiffness.
   type, abstract :: contact_formulation_t
   contains
     !> Largest key of a condition.
-    procedure(count_conditions), deferred :: count_conditions
+    procedure :: count_conditions => contact_formulation_count_conditions
     !> Slave node of the condition of each key.
     procedure :: list_owners => contact_formulation_list_owners
     !> The conditions of the present positions.
@@ -45,14 +48,6 @@ module swage_contact_formulation
   end type contact_formulation_t
 
   abstract interface
-    pure function count_conditions(self, pair) result(n_condition)
-      import :: contact_formulation_t, contact_pair_t
-      implicit none(type, external)
-      class(contact_formulation_t), intent(in) :: self
-      type(contact_pair_t), intent(in) :: pair
-      integer :: n_condition
-    end function count_conditions
-
     !> A node without a partner within reach has no condition.
     subroutine evaluate(self, pair, mine, rows)
       import :: contact_formulation_t, contact_pair_t, contact_rows_t
@@ -81,7 +76,35 @@ module swage_contact_formulation
 
 contains
 
-  !> Where conditions are those of slave nodes a key is the number of its node.
+  pure function contact_choice_points_on_facet(self) result(n_point)
+    class(contact_choice_t), intent(in) :: self
+    integer :: n_point
+
+    select case (self%variant)
+    case ('one_point')
+      n_point = 1
+    case ('full')
+      n_point = self%n_point
+    case default
+      n_point = 0
+    end select
+
+  end function contact_choice_points_on_facet
+
+  !> Where conditions are those of nodes a key is the number of its node.
+  pure function contact_formulation_count_conditions(self, pair) result(n_condition)
+    class(contact_formulation_t), intent(in) :: self
+    type(contact_pair_t), intent(in) :: pair
+    integer :: n_condition
+
+    associate (unused => self)
+    end associate
+    n_condition = pair%n_node
+
+  end function contact_formulation_count_conditions
+
+  !> Nodes of the slave, and those of the master that may come to be vertices
+  !> ([[swage_contact_vertices]]).
   subroutine contact_formulation_list_owners(self, pair, owner)
     class(contact_formulation_t), intent(in) :: self
     type(contact_pair_t), intent(in) :: pair
@@ -90,6 +113,7 @@ contains
 
     allocate (owner(self%count_conditions(pair)), source=0)
     owner(pair%slave%node) = pair%slave%node
+    if (pair%has_vertices) owner(pair%master%node) = pair%master%node
 
   end subroutine contact_formulation_list_owners
 

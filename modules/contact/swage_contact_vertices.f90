@@ -19,7 +19,7 @@ module swage_contact_vertices
   implicit none(type, external)
   private
 
-  public :: contact_vertices_t, list_vertex_owners
+  public :: contact_vertices_t
 
   type :: contact_vertices_t
     private
@@ -130,18 +130,6 @@ contains
     end do
 
   end subroutine contact_vertices_put
-
-  !> Nodes of the slave have the conditions with their numbers, of the master those that may come to
-  !> be vertices.
-  pure subroutine list_vertex_owners(pair, owner)
-    type(contact_pair_t), intent(in) :: pair
-    !> Set; shape (n_node).
-    integer, intent(inout) :: owner(:)
-
-    owner(pair%slave%node) = pair%slave%node
-    if (pair%has_vertices) owner(pair%master%node) = pair%master%node
-
-  end subroutine list_vertex_owners
 
   subroutine contact_vertices_stiffen(self, pressure, blocks)
     class(contact_vertices_t), intent(in) :: self

@@ -38,14 +38,7 @@ contains
     type(master_slave_t), allocatable :: made
 
     allocate (made)
-    select case (choice%variant)
-    case ('one_point')
-      made%n_point = 1
-    case ('full')
-      made%n_point = choice%n_point
-    case default
-      made%n_point = 0
-    end select
+    made%n_point = choice%points_on_facet()
     call move_alloc(made, formulation)
 
   end subroutine master_slave_create
@@ -105,16 +98,10 @@ contains
     real(wp), intent(in) :: lambda(:)
     type(contact_blocks_t), intent(inout) :: blocks
 
-    integer :: i
-
     associate (unused => pair)
     end associate
     call blocks%start()
-    do i = 1, self%list%n
-      if (abs(lambda(i)) > 0.0_wp) then
-        call self%list%item(i)%stiffen(lambda(i) * rows%area(i), .true., blocks)
-      end if
-    end do
+    call self%list%stiffen(rows, lambda, .true., blocks)
 
   end subroutine master_slave_stiffness
 

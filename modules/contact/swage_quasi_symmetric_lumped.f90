@@ -19,7 +19,7 @@ module swage_quasi_symmetric_lumped
   use swage_contact_overlap, only: contact_overlap_t, find_overlap, overlap_point_t
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
-  use swage_contact_vertices, only: contact_vertices_t, list_vertex_owners
+  use swage_contact_vertices, only: contact_vertices_t
   use swage_kinds, only: wp
   use swage_overlap_stiffness, only: master_pull, next_pair_stiffness, pair_stiffness_t
   use swage_rotation, only: normalised
@@ -42,8 +42,6 @@ module swage_quasi_symmetric_lumped
     type(averaged_gap_t) :: distances
     type(contact_vertices_t) :: vertices
   contains
-    procedure :: count_conditions => quasi_symmetric_lumped_count_conditions
-    procedure :: list_owners => quasi_symmetric_lumped_list_owners
     procedure :: evaluate => quasi_symmetric_lumped_evaluate
     procedure :: stiffness => quasi_symmetric_lumped_stiffness
   end type quasi_symmetric_lumped_t
@@ -64,28 +62,6 @@ contains
     call move_alloc(made, formulation)
 
   end subroutine quasi_symmetric_lumped_create
-
-  pure function quasi_symmetric_lumped_count_conditions(self, pair) result(n_condition)
-    class(quasi_symmetric_lumped_t), intent(in) :: self
-    type(contact_pair_t), intent(in) :: pair
-    integer :: n_condition
-
-    associate (unused => self)
-    end associate
-    n_condition = pair%n_node
-
-  end function quasi_symmetric_lumped_count_conditions
-
-  !> See [[contact_formulation_t:list_owners]].
-  subroutine quasi_symmetric_lumped_list_owners(self, pair, owner)
-    class(quasi_symmetric_lumped_t), intent(in) :: self
-    type(contact_pair_t), intent(in) :: pair
-    integer, allocatable, intent(out) :: owner(:)
-
-    allocate (owner(self%count_conditions(pair)), source=0)
-    call list_vertex_owners(pair, owner)
-
-  end subroutine quasi_symmetric_lumped_list_owners
 
   !> See [[contact_formulation_t:evaluate]].
   subroutine quasi_symmetric_lumped_evaluate(self, pair, mine, rows)

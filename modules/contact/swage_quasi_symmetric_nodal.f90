@@ -13,7 +13,7 @@ module swage_quasi_symmetric_nodal
   use swage_contact_formulation, only: contact_choice_t, contact_formulation_t
   use swage_contact_pair, only: contact_pair_t
   use swage_contact_rows, only: contact_blocks_t, contact_rows_t
-  use swage_contact_vertices, only: contact_vertices_t, list_vertex_owners
+  use swage_contact_vertices, only: contact_vertices_t
   use swage_kinds, only: wp
   use swage_relation, only: relation_t
   use swage_rotation, only: dyadic
@@ -29,8 +29,6 @@ module swage_quasi_symmetric_nodal
     !> Conditions of master nodes whose feet lie on facets of a slave node.
     type(relation_t) :: seen_by
   contains
-    procedure :: count_conditions => quasi_symmetric_nodal_count_conditions
-    procedure :: list_owners => quasi_symmetric_nodal_list_owners
     procedure :: evaluate => quasi_symmetric_nodal_evaluate
     procedure :: stiffness => quasi_symmetric_nodal_stiffness
   end type quasi_symmetric_nodal_t
@@ -50,28 +48,6 @@ contains
     call move_alloc(made, formulation)
 
   end subroutine quasi_symmetric_nodal_create
-
-  pure function quasi_symmetric_nodal_count_conditions(self, pair) result(n_condition)
-    class(quasi_symmetric_nodal_t), intent(in) :: self
-    type(contact_pair_t), intent(in) :: pair
-    integer :: n_condition
-
-    associate (unused => self)
-    end associate
-    n_condition = pair%n_node
-
-  end function quasi_symmetric_nodal_count_conditions
-
-  !> See [[contact_formulation_t:list_owners]].
-  subroutine quasi_symmetric_nodal_list_owners(self, pair, owner)
-    class(quasi_symmetric_nodal_t), intent(in) :: self
-    type(contact_pair_t), intent(in) :: pair
-    integer, allocatable, intent(out) :: owner(:)
-
-    allocate (owner(self%count_conditions(pair)), source=0)
-    call list_vertex_owners(pair, owner)
-
-  end subroutine quasi_symmetric_nodal_list_owners
 
   !> See [[contact_formulation_t:evaluate]].
   subroutine quasi_symmetric_nodal_evaluate(self, pair, mine, rows)

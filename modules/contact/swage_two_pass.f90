@@ -65,14 +65,7 @@ contains
     type(two_pass_t), allocatable :: made
 
     allocate (made)
-    select case (choice%variant)
-    case ('one_point')
-      made%n_point = 1
-    case ('full')
-      made%n_point = choice%n_point
-    case default
-      made%n_point = 0
-    end select
+    made%n_point = choice%points_on_facet()
     made%factor = factor
     made%reacts = reacts
     call move_alloc(made, formulation)
@@ -150,16 +143,10 @@ contains
     real(wp), intent(in) :: lambda(:)
     type(contact_blocks_t), intent(inout) :: blocks
 
-    integer :: i
-
     associate (unused => pair)
     end associate
     call blocks%start()
-    do i = 1, self%list%n
-      if (abs(lambda(i)) > 0.0_wp) then
-        call self%list%item(i)%stiffen(lambda(i) * rows%area(i), self%reacts, blocks)
-      end if
-    end do
+    call self%list%stiffen(rows, lambda, self%reacts, blocks)
 
   end subroutine two_pass_stiffness
 
