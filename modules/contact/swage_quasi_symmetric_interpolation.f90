@@ -56,10 +56,10 @@ contains
     logical, intent(in) :: mine(:)
     type(contact_rows_t), intent(inout) :: rows
 
-    integer :: i, k, n_seen, seen
+    integer :: corner, i, k, n_seen, seen
     integer, allocatable :: master_node(:)
     logical :: all_nodes(pair%n_node)
-    real(wp) :: vertex
+    real(wp) :: own_share, seen_by_all, vertex
     real(wp), allocatable :: weight(:)
 
     all_nodes = .true.
@@ -77,17 +77,25 @@ contains
       end associate
       call add_slave_side(pair, k, 1.0_wp - vertex, rows)
       n_seen = 0
+      seen_by_all = 0.0_wp
       do seen = self%seen_by%first(k), self%seen_by%first(k + 1) - 1
         associate (other => self%distances%master%item(self%seen_by%item(seen)))
           n_seen = n_seen + 1
           master_node(n_seen) = other%slave
-          weight(n_seen) = other%foot%weight(findloc(other%foot%node, k, dim=1))
+          corner = findloc(other%foot%node, k, dim=1)
+          seen_by_all = seen_by_all + other%foot%weight(corner) * other%area
+          weight(n_seen) = other%foot%weight(corner) &
+            * pair%slave%face_share(other%foot%facet, corner)
           call add_master_side(pair, other%slave, (1.0_wp - vertex) * weight(n_seen), &
                                other%foot%normal, rows)
           weight(n_seen) = weight(n_seen) * other%area
         end associate
       end do
-      call self%distances%finish_row(vertex, master_node(:n_seen), weight(:n_seen), rows)
+      own_share = 1.0_wp
+      if (seen_by_all > 0.0_wp) then
+        own_share = 1.0_wp - (1.0_wp - vertex) * sum(weight(:n_seen)) / seen_by_all
+      end if
+      call self%distances%finish_row(own_share, master_node(:n_seen), weight(:n_seen), rows)
     end do
     call self%vertices%put(rows)
 

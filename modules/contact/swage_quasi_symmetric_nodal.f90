@@ -2,10 +2,11 @@
 !>
 !> \(A_k g_k = \frac12 A_k p_k + \frac12 \sum_j A_j S_{jk} p_j\) with the penetration of the slave
 !> node k into the master, those of the master nodes j into the slave, and the weight \(S_{jk}\) of
-!> node k at the foot of j. Forces are the gradient of the energy, with the motion of the feet in
-!> it. A vertex that touches with none of its facets ([[swage_contact_vertices]]) has its own
-!> distance alone, as far as it counts. The second derivatives of the weights are left out of the
-!> stiffness.
+!> node k at the foot of j, times what the foot's facet counts for k
+!> ([[contact_surface_t:face_share]]): what sees a gaping side must not lift its edge off. Forces
+!> are the gradient of the energy, with the motion of the feet in it. A vertex that touches with
+!> none of its facets ([[swage_contact_vertices]]) has its own distance alone, as far as it counts.
+!> The second derivatives of the weights are left out of the stiffness.
 !> Source: L. Fourment, S. Popa, J. Barboza, AIP Conf. Proc. 712 (2004), doi 10.1063/1.1766868.
 module swage_quasi_symmetric_nodal
   use swage_averaged_gap, only: averaged_gap_t
@@ -73,7 +74,7 @@ contains
         call add_penetration(own, share * own%area, 1.0_wp, rows)
         do seen = self%seen_by%first(k), self%seen_by%first(k + 1) - 1
           associate (other => self%distances%master%item(self%seen_by%item(seen)))
-            call add_seen(other, k, 1.0_wp - share, rows)
+            call add_seen(pair, other, k, 1.0_wp - share, rows)
           end associate
         end do
       end associate
@@ -106,7 +107,8 @@ contains
   end subroutine add_penetration
 
   !> Add what a master node gives to a slave node, in gap and gradient.
-  subroutine add_seen(condition, slave_node, share, rows)
+  subroutine add_seen(pair, condition, slave_node, share, rows)
+    type(contact_pair_t), intent(in) :: pair
     type(contact_condition_t), intent(in) :: condition
     integer, intent(in) :: slave_node
     !> Of this side in the gap [1].
@@ -117,7 +119,7 @@ contains
     real(wp) :: factor, gradient(3)
 
     corner = findloc(condition%foot%node, slave_node, dim=1)
-    factor = share * condition%area
+    factor = share * condition%area * pair%slave%face_share(condition%foot%facet, corner)
     associate (foot => condition%foot, row => rows%n_row)
       rows%gap(row) = rows%gap(row) &
         + factor * foot%weight(corner) * foot%penetration / rows%area(row)
@@ -157,7 +159,7 @@ contains
     type(contact_blocks_t), intent(inout) :: blocks
 
     integer :: a, b, i, n, node(4)
-    real(wp) :: climb(3, 4), mean, pressure(pair%n_node), turn(3, 4), vertex
+    real(wp) :: climb(3, 4), mean, on_face(3), pressure(pair%n_node), turn(3, 4), vertex
 
     call blocks%start()
     pressure = 0.0_wp
@@ -173,7 +175,10 @@ contains
       associate (condition => self%distances%master%item(i), &
                  foot => self%distances%master%item(i)%foot)
         if (.not. any(abs(pressure(foot%node(:n))) > 0.0_wp)) cycle
-        mean = dot_product(foot%weight(:n), pressure(foot%node(:n)))
+        do b = 1, n
+          on_face(b) = pair%slave%face_share(foot%facet, b) * pressure(foot%node(b))
+        end do
+        mean = dot_product(foot%weight(:n), on_face(:n))
         call condition%stiffen(0.5_wp * condition%area * mean, .true., blocks)
         ! Gradients of the penetration and of the mean pressure
         node(1) = condition%slave
@@ -182,10 +187,9 @@ contains
         turn = 0.0_wp
         do b = 1, n
           climb(:, b + 1) = foot%weight(b) * foot%climb
-          turn(:, 1) = turn(:, 1) + pressure(foot%node(b)) * foot%pull(:, b)
+          turn(:, 1) = turn(:, 1) + on_face(b) * foot%pull(:, b)
           do a = 1, n
-            turn(:, a + 1) = turn(:, a + 1) &
-              + pressure(foot%node(b)) * weight_by_corner(condition, b, a)
+            turn(:, a + 1) = turn(:, a + 1) + on_face(b) * weight_by_corner(condition, b, a)
           end do
         end do
         do a = 1, n + 1

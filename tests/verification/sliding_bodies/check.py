@@ -5,11 +5,15 @@ as long as it is fine. While it slides the forces are in the ratio of the coeffi
 gets the other gives. Ranks share the conditions of contact: histories of 2, 3 and 4 ranks are that
 of one, 1e-8 at a Newton tolerance of 1e-10; so they are in plane strain, and where a billet is upset
 by an elastic tool onto which its side folds. Runs that go on from the middle of sliding end with the
-same bits; on another number of ranks, with the same history.
+same bits; on another number of ranks, with the same history. All variants of `quasi_symmetric` fold
+the side without a cut, but `interpolation`, which stalls where its stiffness is left out and then
+goes on. Forces on the billet are those of `l2` to 0.1 %; on the coarser tool `interpolation` has up
+to 22 % less, for slave nodes that no node of the master sees press nobody.
 """
 import swage_mesh_writer
 import swage_peer_works
 import swage_process
+import swage_verification
 
 CASE = """
 &job units = 'mm-tonne-s' dimension = '{dimension}' /
@@ -36,6 +40,9 @@ SETTINGS = """
 """
 METHOD = "method = 'return_mapping'"
 COEFFICIENT = 0.2
+FOLDING = {'averaged': "gap = 'averaged'", 'lumped': "projection = 'lumped'",
+           'lumped, averaged': "projection = 'lumped' gap = 'averaged'",
+           'nodal': "projection = 'nodal'", 'interpolation': "projection = 'interpolation'"}
 QUICK_RANKS = {'blocks': 3, 'plane': 4, 'elastic tool': 2}
 
 
@@ -53,8 +60,8 @@ def strip(restart=''):
                        method=METHOD, keys='', settings=SETTINGS.format(restart=restart))
 
 
-def elastic_tool(restart=''):
-    return swage_peer_works.tool_case('billet', friction=METHOD,
+def elastic_tool(restart='', keys=''):
+    return swage_peer_works.tool_case('billet', friction=METHOD, contact=keys,
                                       more=SETTINGS.format(restart=restart))
 
 
@@ -90,6 +97,15 @@ def run(context):
     tool = context.run_swage(elastic_tool(), name='tool', ranks=1).history
     yield from ranks(context, 'elastic tool', elastic_tool(), tool)
     yield from restart(context, 'elastic tool', elastic_tool, 'tool', tool)
+    for name, keys in FOLDING.items():
+        if name == 'interpolation' and context.quick:
+            continue
+        done = context.run_swage(elastic_tool(keys=keys), name=f'tool_{name.replace(", ", "_")}')
+        if name != 'interpolation':
+            yield context.zero(f'elastic tool, {name}: cuts',
+                               swage_verification.read_totals(done.output)['cuts'], 0)
+        yield context.row(f'elastic tool, {name}: force on the billet',
+                          done.history['reaction_z_z'][-1], tool['reaction_z_z'][-1], 1e-3)
 
 
 def ranks(context, title, text, whole):
