@@ -425,11 +425,13 @@ contains
     !> each other across a gap that all facets have.)
     real(wp), parameter :: CLOSED = 0.01_wp
 
-    real(wp) :: size_of_facet
+    real(wp) :: more, size_of_facet
 
     size_of_facet = surface%extent(facet)
     if (surface%n_dim == 3) size_of_facet = sqrt(2.0_wp * size_of_facet)
-    share = (most - (surface%gap(facet) - least_gap) / size_of_facet) / (most - CLOSED)
+    ! What is no matter how far has a gap too large to divide
+    more = max(surface%gap(facet) - least_gap, 0.0_wp)
+    share = (most - more / size_of_facet) / (most - CLOSED)
     share = min(max(share, 0.0_wp), 1.0_wp)
 
   end function share_beside
