@@ -84,6 +84,8 @@ contains
     else
       associate (pair => self%pairs(i - size(self%contacts)))
         call pair%contact%take_census(suspect%census)
+        ! Nodes with nothing opposite have no condition, nor have most of the master's
+        suspect%census%counts(3) = int(pair%rows%n_row, gp)
         if (suspect%census%deepest > 0) suspect%node = pair%contact%node(suspect%census%deepest)
         if (is_worst_here) then
           do k = 1, self%surface%n_node
