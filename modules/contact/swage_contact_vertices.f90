@@ -59,13 +59,10 @@ contains
     do i = 1, self%slave%n
       self%place(self%slave%item(i)%slave) = i
     end do
-    self%master%n = 0
-    if (.not. pair%is_self) then
-      ! A node of both has the condition of the slave
-      theirs = mine
-      theirs(pair%slave%node) = .false.
-      call find_on(pair%master, pair%slave, theirs, self%master)
-    end if
+    ! A node of both has the condition of the slave
+    theirs = mine
+    theirs(pair%slave%node) = .false.
+    call find_on(pair%master, pair%slave, theirs, self%master)
 
   contains
 

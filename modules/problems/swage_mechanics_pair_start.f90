@@ -40,7 +40,8 @@ contains
                                surface%facet_node(:, slave), surface%facet_node(:, master), n, &
                                reach, depth, keys%smoothing, keys%feature_angle, &
                                pair%surfaces)
-      pair%surfaces%has_vertices = .not. keys%tied
+      ! Corners of a surface that folds meet each other, and neither has a side to press on
+      pair%surfaces%has_vertices = .not. (keys%tied .or. pair%surfaces%is_self)
       call contact_formulation_create(keys%formulation, keys%choice, pair%formulation)
       if (.not. allocated(pair%formulation)) then
         call group%refuse('projection', 'does not go with formulation '//keys%formulation)
