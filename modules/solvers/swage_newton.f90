@@ -20,9 +20,9 @@ module swage_newton
   real(wp), parameter :: MARGIN = 0.1_wp
   !> Errors from which corrections are uncertain enough [1], and what their solution may leave then,
   !> and of one that imposes motion. What is left there sends soft parts astray: with 1e-4 the first
-  !> step of a plastic billet takes the 9 iterations that exact solutions take, under an elastic tool
-  !> (30 thousand nodes) and under a rigid one (10 thousand). With 1e-3 the latter was cut once, with
-  !> 3e-3, and 0.1 for the motion, the former three times.
+  !> step of a plastic billet takes the 9 iterations that exact solutions take, under an elastic
+  !> tool (30 thousand nodes) and under a rigid one (10 thousand). With 1e-3 the latter was cut
+  !> once, with 3e-3, and 0.1 for the motion, the former three times.
   real(wp), parameter :: FAR = 0.1_wp
   real(wp), parameter :: FAR_SHARE = 1.0e-4_wp
 
